@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.report.text import tables
     from flexband.study.comparison import compare, usual_methods
     from flexband.study.compiling import compile_ahead
-    from flexband.study.discretized import discretized
+    from flexband.study.discretized import with_discretization
     from flexband.study.results.netcdf import write_netcdf
     from flexband.study.study import load_study
 
@@ -63,7 +63,7 @@ def compare_methods(
         claim = str(file.resolve()), fingerprint(study.response)
         folder.check_claim(*claim, replace=replace)
         try_write(lambda: folder.claim(*claim))
-        study = discretized(study.located())
+        study = with_discretization(study.located())
         print_text("Everything is compiled before the methods are timed.", error=True)
         with progress_bars() as task:
             results = compare(

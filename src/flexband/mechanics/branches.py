@@ -16,7 +16,7 @@ import numpy as np
 
 from flexband.errors import InputError, RunError, without_warnings
 from flexband.mechanics.bodies.properties import Property
-from flexband.mechanics.configuration import assembled
+from flexband.mechanics.configuration import assembled_configuration
 from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.model.turns import nearest
 
@@ -44,7 +44,7 @@ class Branch:
         given, turned, eighth = {}, {}, np.pi / 4
         try:
             with without_warnings():
-                start = assembled(mechanism)
+                start = assembled_configuration(mechanism)
         except (InputError, RunError):
             start = None
         bodies = [(name, body) for name, body in mechanism.bodies.items() if body.axes.size]
@@ -92,7 +92,7 @@ class Branch:
         """
         angles = []
         for part in np.linspace(0.0, 1.0, parts + 1):
-            between = {key: _between(self.values[key], v, part) for key, v in values.items()}
+            between = {key: _input_between(self.values[key], v, part) for key, v in values.items()}
             try:
                 angle = np.asarray(builder(**between).bodies[name].angles()[0], dtype=float)
                 angles.append(angle + 0.0 * change)
@@ -102,7 +102,7 @@ class Branch:
         return followed[-1] - followed[0]
 
 
-def _between(nominal: Property, other: Property, part: float) -> Property:
+def _input_between(nominal: Property, other: Property, part: float) -> Property:
     """Return an input on the way from the nominal to another value."""
     if callable(nominal) and callable(other):
         return partial(_weighted, nominal, other, part)

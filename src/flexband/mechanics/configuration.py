@@ -52,7 +52,7 @@ class Configuration:
         return np.broadcast_to(values[min(self.sample, len(values) - 1)], x.shape)
 
 
-def assembled(mechanism: Mechanism, sample: int = 0) -> Configuration:
+def assembled_configuration(mechanism: Mechanism, sample: int = 0) -> Configuration:
     """Return the configuration in which a sample starts, with its constraints met."""
     check_instance("mechanism", mechanism, Mechanism)
     with without_warnings(ResolutionWarning):  # the start needs no fine elements
@@ -66,7 +66,7 @@ def assembled(mechanism: Mechanism, sample: int = 0) -> Configuration:
     return Configuration(sample, work.z[:, 0].copy())
 
 
-def given(mechanism: Mechanism, sample: int = 0) -> Configuration:
+def given_configuration(mechanism: Mechanism, sample: int = 0) -> Configuration:
     """Return the configuration that the bodies of a sample state, in which joints may be open."""
     with without_warnings(ResolutionWarning):
         system = assemble(mechanism)

@@ -109,7 +109,7 @@ def state_of(motion: xr.DataArray, period: float | None) -> EndState:
     return state
 
 
-def continued(system: System, state: EndState) -> tuple[System, ContinuedStart]:
+def continue_from(system: System, state: EndState) -> tuple[System, ContinuedStart]:
     """Return a system that starts in the state of another one, and its start."""
     for name, mesh in _meshes(system).items():
         if name not in state.meshes:
@@ -304,24 +304,24 @@ def _labels(system: System) -> dict[Label, np.ndarray]:
     angles += [owner for owner, entry in entries for law in entry.laws for _ in law.points]
     angles += [owner for owner, entry in entries for _ in entry.moments]
     angles += [f"sensors of {point}" for point in model.sensor_points]
-    labels |= _numbered("angle", angles, state.angle)
-    labels |= _numbered("spring", [owner for owner, _ in model.springs], rest)
+    labels |= _row_labels("angle", angles, state.angle)
+    labels |= _row_labels("spring", [owner for owner, _ in model.springs], rest)
     laws = [(owner, law) for owner, entry in entries for law in entry.laws]
     states = [owner for owner, law in laws for _ in law.states]
     rough = [owner for owner, _ in model.frictions]
-    labels |= _numbered("friction", rough, state.sliding, copies=2)
-    labels |= _numbered("law state", states, state.law_state, copies=STATE_ROWS)
+    labels |= _row_labels("friction", rough, state.sliding, copies=2)
+    labels |= _row_labels("law state", states, state.law_state, copies=STATE_ROWS)
     if states:
         labels["rule", "", 0] = np.arange(state.rule, state.sliding)
     gaps = [owner for owner, law in laws for _ in law.events]
-    labels |= _numbered("gap", gaps, state.gap)
+    labels |= _row_labels("gap", gaps, state.gap)
     rows = rows_of_gaps.py_func(state)
     for kind in ("mode", "mass", "depth"):
-        labels |= _numbered(kind, gaps, getattr(rows, kind))
+        labels |= _row_labels(kind, gaps, getattr(rows, kind))
     return labels
 
 
-def _numbered(
+def _row_labels(
     kind: str, owners: Iterable[str], first: int, copies: int = 1
 ) -> dict[Label, np.ndarray]:
     """Return the labels of rows with these owners; `copies` of all rows follow each other."""

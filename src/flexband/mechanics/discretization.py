@@ -85,7 +85,7 @@ def discretization_error(
     scale = _scale(fine)
     relative = {name: (part**2).mean("time") ** 0.5 / scale for name, part in parts.items()}
     width = max(1, round(0.05 / 2 * (coarse.sizes["time"] - 1)))
-    result = xr.Dataset({name: _smoothed(part, width) for name, part in parts.items()})
+    result = xr.Dataset({name: _smooth(part, width) for name, part in parts.items()})
     result["relative_error"] = relative["error"]
     worst = np.unravel_index(np.argmax(relative["error"].values), relative["error"].shape)
     result.attrs["worst_output"] = str(coarse["output"].values[worst[-1]])
@@ -120,7 +120,7 @@ def _scale(motion: xr.DataArray) -> xr.DataArray:
     return size.copy(data=np.where(scale > 0, scale, 1.0))
 
 
-def _smoothed(error: xr.DataArray, width: int) -> xr.DataArray:
+def _smooth(error: xr.DataArray, width: int) -> xr.DataArray:
     """Return the root mean square over `width` times before and after each time."""
     count = error.sizes["time"]
     total = np.cumsum(error.values**2, axis=-1)

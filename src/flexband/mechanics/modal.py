@@ -136,7 +136,7 @@ class ModalResponse(AtRest):
         halvings: int,
     ) -> tuple[Followed, int]:
         """Return what modes at `near` become at `far`, and how many samples lose one."""
-        chosen, clear = _matched(reference, candidates, self.tracking)
+        chosen, clear = _match_modes(reference, candidates, self.tracking)
         result = Followed(
             np.take_along_axis(candidates.frequency, chosen, axis=1),
             np.take_along_axis(candidates.vectors, chosen[:, None], axis=2),
@@ -159,7 +159,7 @@ class ModalResponse(AtRest):
         return result, lost
 
 
-def _matched(
+def _match_modes(
     reference: Followed, candidates: Followed, tracking: ModeTracking
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return which modes agree most with a reference, (n, modes), and where that is clear, (n,)."""

@@ -27,8 +27,8 @@ from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.engine.threads import thread_count
 from flexband.mechanics.linearization.mobility import instantaneous
 from flexband.mechanics.model.mechanism import Mechanism
-from flexband.mechanics.model.parts import naming
-from flexband.mechanics.simulate import TimeGrid, simulated, whole_steps
+from flexband.mechanics.model.parts import name_errors
+from flexband.mechanics.simulate import TimeGrid, simulate_system, whole_steps
 from flexband.mechanics.starts import check_multiple, start_of
 from flexband.progress import listener
 from flexband.remarks.remark import Remark, RemarkKind
@@ -252,7 +252,7 @@ class DynamicResponse(SensorResponse):
             if self.element_parts > 1:
                 mechanism = mechanism.refined(self.element_parts)
             try:
-                motion, _ = simulated(
+                motion, _ = simulate_system(
                     mechanism,
                     TimeGrid(self.duration + self.slow / 2, self.output_step, self.step_parts),
                     start=self.start,
@@ -308,7 +308,7 @@ class DynamicResponse(SensorResponse):
 def elements_of(mechanism: Mechanism, parts: int) -> dict[str, int]:
     """Return how many elements flexible members have if each of theirs is divided into parts."""
     finer = {
-        name: naming(f"body {name!r}", mechanism.bodies[name].refined, parts)
+        name: name_errors(f"body {name!r}", mechanism.bodies[name].refined, parts)
         for name in mechanism.elements
     }
     return {f"elements of {name}": body.elements for name, body in finer.items()}

@@ -30,8 +30,8 @@ from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.engine.reachability import find_out_of_reach
 from flexband.mechanics.engine.redundancy import (
+    joints_that_share,
     refuse_shared_friction,
-    sharing,
     warn_of_shared,
     warn_of_unresolved,
 )
@@ -45,7 +45,7 @@ from flexband.mechanics.impulses import impulses_text, keep_impulses
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.sensors.averages import refuse_windows
-from flexband.mechanics.starts import check_multiple, started, warn_of_springs
+from flexband.mechanics.starts import check_multiple, start_runs, warn_of_springs
 from flexband.progress import Progress, ProgressListener, listener, listening
 
 if TYPE_CHECKING:
@@ -142,7 +142,7 @@ def simulate(
     (True, 0.7)
     """
     with nullcontext() if listener().shows_stages else listening(_Printed()):
-        motion, system = simulated(
+        motion, system = simulate_system(
             mechanism,
             TimeGrid(duration, step, substeps),
             start=start,
@@ -179,7 +179,7 @@ class TimeGrid(NamedTuple):
         return np.round(begin + np.arange(count) * (float(step) / substeps), digits)
 
 
-def simulated(
+def simulate_system(
     mechanism: Mechanism,
     grid: TimeGrid,
     *,
@@ -206,7 +206,7 @@ def simulated(
     check_flag("keep_state", keep_state)
     substeps = check_integer("substeps", grid.substeps, 1, 1_000_000)
     count = whole_steps(grid.duration, grid.step, substeps) * substeps + 1
-    system, begins = started(mechanism, start, period, float(grid.step), slow)
+    system, begins = start_runs(mechanism, start, period, float(grid.step), slow)
     grid = grid._replace(begin=system.first_time)
     check_sensors(mechanism, grid)
     warn_of_springs(system, start)
@@ -255,7 +255,7 @@ def simulated(
         result.attrs["halved_step"] = again.tolist()
     if batch.starts:
         sample = min(batch.starts)
-        joints = sharing(system, batch.starts[sample], sample)
+        joints = joints_that_share(system, batch.starts[sample], sample)
         refuse_shared_friction(system, joints)
         result.attrs["not_unique"] = warn_of_shared(system, joints)
     return result if system.samples > 1 else result.isel(sample=0), system

@@ -12,7 +12,7 @@ from flexband.errors import InputError, check_numbers, check_option, check_posit
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System, assemble
-from flexband.mechanics.continued_start import continued, state_of
+from flexband.mechanics.continued_start import continue_from, state_of
 from flexband.mechanics.engine.batch import Begun, Run, Start, begin, hold
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_arrays import WIDTH
@@ -22,7 +22,7 @@ from flexband.mechanics.linearization.block_equilibria import block_equilibria
 from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.model.springs_at_start import warn_of_stretched_joints, warn_of_windings
 from flexband.mechanics.periodic_start import PeriodicStart
-from flexband.mechanics.time_functions.ramps import slowed
+from flexband.mechanics.time_functions.ramps import slow_functions
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def check_multiple(name: str, length: float, step_name: str, step: float) -> int
     return count
 
 
-def started(
+def start_runs(
     mechanism: Mechanism,
     start: str | xr.DataArray,
     period: float | None,
@@ -113,12 +113,12 @@ def started(
     """Return the system of a mechanism and how its runs start, with functions slowed for a time."""
     if isinstance(start, xr.DataArray):
         state = state_of(start, period)
-        return continued(assemble(mechanism), state)
+        return continue_from(assemble(mechanism), state)
     begins, system = start_of(start, period, step, "step"), assemble(mechanism)
     if start == "periodic" and mechanism.switches:
         raise InputError("start='periodic' is not for a mechanism with joints that switch")
     if slow:
-        system = replace(system, functions=slowed(system.functions, slow))
+        system = replace(system, functions=slow_functions(system.functions, slow))
     return system, begins
 
 

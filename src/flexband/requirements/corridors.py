@@ -183,7 +183,7 @@ def curve(name: str, bound: Bound, output_labels: xr.DataArray, free: float) -> 
     if bound is None:
         return np.full(shape, free)
     if isinstance(bound, xr.DataArray):
-        return _aligned(name, bound, output_labels)
+        return _align_curve(name, bound, output_labels)
     if callable(bound):
         _, times = _times(name, output_labels)
         bound = check_finite(name, returned(bound, times, f"the function of {name}"), rank=None)
@@ -204,7 +204,7 @@ def _times(name: str, output_labels: xr.DataArray) -> tuple[Hashable, np.ndarray
     return dim, coordinates[dim].values.astype(float)
 
 
-def _aligned(name: str, bound: xr.DataArray, output_labels: xr.DataArray) -> np.ndarray:
+def _align_curve(name: str, bound: xr.DataArray, output_labels: xr.DataArray) -> np.ndarray:
     """Return a curve with dims of an output at all its values."""
     for dim in bound.dims:
         if dim not in output_labels.dims[1:]:

@@ -135,7 +135,7 @@ class ScatteringTolerances:
         return np.concatenate([np.zeros((len(u), 0)), *ordered], axis=1)
 
 
-def scattering(scatter: Scatter | None, space: Space) -> ScatteringTolerances | None:
+def scattering_tolerances(scatter: Scatter | None, space: Space) -> ScatteringTolerances | None:
     """Return how tolerances scatter; None if they do not, and probabilities are bounded over them.
 
     Raise `InputError` as `ScatteringTolerances.from_scatter`, and if they are bounded over a disc.

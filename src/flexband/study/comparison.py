@@ -18,7 +18,7 @@ from flexband.errors import (
     without_warnings,
 )
 from flexband.progress import Progress
-from flexband.study.discretized import discretized
+from flexband.study.discretized import with_discretization
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
 from flexband.uncertainty.inputs.space import Space
@@ -122,7 +122,7 @@ def compare(
     check_runs(reference, space, count=count)
     reference, *methods = (_uncorrected(method) for method in (reference, *methods))
     methods = [method for method in methods if _affordable(method, space, count)]
-    study = discretized(study)
+    study = with_discretization(study)
     warm_up(study, (reference, *methods))
     results: list[Comparison] = []
     for method in (reference, *methods):

@@ -39,7 +39,7 @@ class Discretized(WrappingResponse):
         return super().description(**values)._replace(left_out=())
 
 
-def discretized(study: Study) -> Study:
+def with_discretization(study: Study) -> Study:
     """Return a study that any method can be used for.
 
     If the response leaves out its step or elements, these are chosen as the study's own method

@@ -46,7 +46,7 @@ def sampled_parts(
     file, parts = answer_file(progress.folder.path, "parts"), None
     if surrogate is not None and any(doubt.rare_values for doubt in doubts):
         try:
-            parts = _sampled(progress, surrogate, **execution)
+            parts = _sample_parts(progress, surrogate, **execution)
         except Exception as error:  # whatever a response raises; the bands are there
             progress.fail("parts", f"parts are not sampled: {error_text(error)}")
     file.unlink(missing_ok=True)
@@ -55,7 +55,7 @@ def sampled_parts(
     return parts
 
 
-def _sampled(
+def _sample_parts(
     progress: StudyProgress, surrogate: AnySurrogate, **execution: Any
 ) -> xr.Dataset | None:
     """Return the distribution and the horizon; None if bands answer what is asked."""

@@ -58,12 +58,12 @@ def start_vibrations(
             return []
         try:
             given = response(**values).isel(sample=0).sel(output=bands["output"].values)
-            return _compared(response, values, given, bands)
+            return _compare_starts(response, values, given, bands)
         except (InputError, RunError):  # there is no rest, or no way from it
             return []
 
 
-def _compared(
+def _compare_starts(
     response: Response,
     values: Mapping[str, Any],
     given: xr.DataArray,

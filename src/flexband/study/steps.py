@@ -31,7 +31,7 @@ def write_bands(
     if study.expands:
         with without_warnings(ToleranceWarning):  # which is one of the doubts
             surrogate = study.expand(progress=task, **how)
-        if verifying and not _judged(surrogate):
+        if verifying and not _judge(surrogate):
             files.write_unjudged(surrogate)
         else:
             files.write_surrogate(surrogate)
@@ -94,7 +94,7 @@ def write_verification(
         return surrogate, bands
     if verified.verification is not None:
         files.write_verification(verified.verification)
-    if not _judged(surrogate):
+    if not _judge(surrogate):
         files.write_surrogate(verified)
         judged = verified.bands(study.sigmas)
         bands = judged.assign_attrs(judged.attrs | bands.attrs)
@@ -102,7 +102,7 @@ def write_verification(
     return verified, bands
 
 
-def _judged(surrogate: AnySurrogate) -> bool:
+def _judge(surrogate: AnySurrogate) -> bool:
     return all(map(is_judged, surrogates_of(surrogate).values()))
 
 

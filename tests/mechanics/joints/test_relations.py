@@ -6,10 +6,10 @@ from scipy.spatial.transform import Rotation
 
 import flexband as fb
 from flexband.mechanics.joints.joint import Joint
-from flexband.mechanics.kernels.forms import at_point, dot, fixed, subtract
+from flexband.mechanics.kernels.forms import at_point, constant_vector, dot, subtract
 from flexband.mechanics.kernels.relations import (
     across,
-    aligned,
+    alignment,
     meet,
     moment,
     parallel,
@@ -46,7 +46,7 @@ def guide(first, second):
     """Return rows of a slide along AXIS, on which the bodies do not turn against each other."""
     apart = subtract(first.position, second.position)
     rows = [dot(vector, apart) for vector in across(second, AXIS)]
-    return [*rows, *parallel(first, second, AXIS), aligned(first, second, 1.0, 0.0, AXIS)[0]]
+    return [*rows, *parallel(first, second, AXIS), alignment(first, second, 1.0, 0.0, AXIS)[0]]
 
 
 def travel(angle):
@@ -178,5 +178,5 @@ class Up:
     points = ("a",)
 
     def enters(self, model):
-        force = at_point(fixed((0.0, 0.0, 7.0)), model.frame("a").position)
+        force = at_point(constant_vector((0.0, 0.0, 7.0)), model.frame("a").position)
         return Entries(forces=force)

@@ -15,7 +15,7 @@ from flexband.mechanics.joints.joint import Joint
 from flexband.mechanics.kernels.forms import (
     Form,
     add,
-    fixed,
+    constant_vector,
     length,
     scale,
     subtract,
@@ -303,7 +303,7 @@ def test_frequencies_of_a_body_on_six_skew_springs():
             place = a.position
             for axis, component in zip(a.axes, lever, strict=True):
                 place = add(place, scale(component, axis))
-            apart = length(subtract(place, fixed(anchor)))
+            apart = length(subtract(place, constant_vector(anchor)))
             springs.append(SpringEntry(apart, k, None, 0.0, 0.0, Form({})))
         return Entries(springs=springs)
 

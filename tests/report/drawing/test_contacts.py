@@ -5,7 +5,7 @@ import pytest
 
 import flexband as fb
 from flexband import contact
-from flexband.mechanics.configuration import assembled
+from flexband.mechanics.configuration import assembled_configuration
 from flexband.report.page.motion.record import recorded
 from flexband.report.shapes.mechanism import sketch_mechanism
 from flexband.report.shapes.scene import Scene
@@ -18,7 +18,7 @@ UNIT = 1e-3
 
 def sketched(**parts):
     mechanism = fb.Mechanism(**parts)
-    scene, tracks = Scene(mechanism, assembled(mechanism)), Tracks(mechanism)
+    scene, tracks = Scene(mechanism, assembled_configuration(mechanism)), Tracks(mechanism)
     sketch = sketch_mechanism(scene, tracks, UNIT)
     placed = tracks.at_start(scene.start)
 

@@ -33,7 +33,7 @@ from flexband.requirements.corridors import (
     offsets_in_words,
 )
 from flexband.requirements.requirement import Requirements, corridors
-from flexband.requirements.scatter import Scatter, scattering
+from flexband.requirements.scatter import Scatter, scattering_tolerances
 from flexband.response import ResponseFunction
 from flexband.uncertainty.inputs.distributions.samples import Samples
 from flexband.uncertainty.surrogates.bands import remark
@@ -175,7 +175,9 @@ def limit_probabilities(
     for label, case in surrogates.items():
         check_instantaneous(corridors_of[label], case.diagnostics.attrs)
     names = list(next(iter(corridors_of.values())))
-    tolerances = {label: scattering(scatter, case.space) for label, case in surrogates.items()}
+    tolerances = {
+        label: scattering_tolerances(scatter, case.space) for label, case in surrogates.items()
+    }
     _check(surrogates, scatters=scatter is not None)
     if len(names) > 1:
         names.append(ANY)

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from flexband.errors import check_affordable, returned, without_warnings
-from flexband.mechanics.assembly.stacking import mapped
+from flexband.mechanics.assembly.stacking import map_tree
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.kernels.forms import COEFFICIENTS
@@ -34,10 +34,10 @@ class Packed:
             shared = to_lanes(rows, 0)
             return lambda number: shared
 
-        self._blocks = mapped(lanes, values)
+        self._blocks = map_tree(lanes, values)
 
     def __call__(self, number: int) -> Values:
-        values: Values = mapped(lambda rows: rows(number), self._blocks)
+        values: Values = map_tree(lambda rows: rows(number), self._blocks)
         rest = _writable(values.springs.rest)  # the engine writes it when it knows the start
         values = values._replace(springs=values.springs._replace(rest=rest))
         travels = _writable(values.friction.terms)  # and these while circles slide on each other

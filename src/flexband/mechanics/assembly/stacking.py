@@ -41,15 +41,15 @@ def starts(groups: Sequence[Sequence]) -> np.ndarray:
     return np.cumsum([0] + [len(group) for group in groups])
 
 
-def mapped(function: Callable, tree: Any) -> Any:
+def map_tree(function: Callable, tree: Any) -> Any:
     """Return a tree of named tuples with the function applied to all that is not a tuple."""
     if isinstance(tree, tuple):
-        return type(tree)(*(mapped(function, branch) for branch in tree))
+        return type(tree)(*(map_tree(function, branch) for branch in tree))
     return function(tree)
 
 
 def leaves(tree: tuple) -> list[np.ndarray]:
     """Return all that is not a tuple in a tree of named tuples."""
     arrays: list[np.ndarray] = []
-    mapped(arrays.append, tree)
+    map_tree(arrays.append, tree)
     return arrays

@@ -37,7 +37,7 @@ from flexband.mechanics.kernels.records import Record
 from flexband.mechanics.loads.law_shape import CompiledLaw
 from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.model.model import Model
-from flexband.mechanics.model.parts import naming
+from flexband.mechanics.model.parts import name_errors
 from flexband.mechanics.sensors.motion import Sensor
 
 
@@ -103,10 +103,10 @@ def assemble(mechanism: Mechanism) -> System:
     continua = ContinuumTable()
     elements = {"beams": ElementTable(free), "continua": continua, "cables": ElementTable(free)}
     for name, body in model.bodies.items():
-        velocity += naming(f"body {name!r}", body.velocities)
+        velocity += name_errors(f"body {name!r}", body.velocities)
         if name in model.members:
             member, first = model.member(name)
-            naming(f"body {name!r}", elements[member.element_table].take, name, member, first)
+            name_errors(f"body {name!r}", elements[member.element_table].take, name, member, first)
 
     inertia = Inertia(model)
     outputs, units, sensors, conditions, sensor_rows = _sensors(model)
@@ -119,7 +119,9 @@ def assemble(mechanism: Mechanism) -> System:
         "vectors": vectors.vectors,
         "springs": vectors.springs,
         "laws": vectors.laws,
-        "terms": TermTable(model.constraint_forms, state.multiplier, state.angle, _turning(model)),
+        "terms": TermTable(
+            model.constraint_forms, state.multiplier, state.angle, _angle_coordinates(model)
+        ),
         "friction": FrictionTable(model, vectors),
         "forces": ProductTable(force_rows),
         "sensors": ProductTable(sensor_rows),
@@ -180,7 +182,7 @@ def assemble(mechanism: Mechanism) -> System:
     )  # fmt: skip
 
 
-def _turning(model: Model) -> set[int]:
+def _angle_coordinates(model: Model) -> set[int]:
     """Return the coordinates that angles in constraints, and the travels of friction, depend on."""
     vectors = [polar.vector for row in model.rows_with_multipliers for polar in row.polar]
     keys = [key for vector in vectors for form in vector for key in form.terms]
@@ -198,7 +200,7 @@ def _sensors(model: Model):
             units.append(unit)
         first = len(rows)
         rows += sensor.rows(model)
-        derived = partial(_derived, name, len(outputs) - before, sensor, model)
+        derived = partial(_derive_outputs, name, len(outputs) - before, sensor, model)
         sensors.append((derived, slice(first, len(rows))))
     for name, joint in model.joints.items():
         positive = joint.conditions(model.frame)
@@ -207,7 +209,9 @@ def _sensors(model: Model):
     return outputs, units, sensors, conditions, rows
 
 
-def _derived(name: str, count: int, sensor: Sensor, model: Model, rows: np.ndarray) -> np.ndarray:
+def _derive_outputs(
+    name: str, count: int, sensor: Sensor, model: Model, rows: np.ndarray
+) -> np.ndarray:
     """Return the outputs of a sensor, shape (outputs, times, lanes)."""
     outputs = np.asarray(sensor.derive(rows, model))
     if outputs.shape != (count, *rows.shape[1:]):

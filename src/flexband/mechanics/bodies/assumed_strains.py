@@ -68,7 +68,7 @@ def bent(angle: np.ndarray, q: np.ndarray, length: np.ndarray) -> list[np.ndarra
     return [turned, curvature(q, GAUSS[1], length) - curvature(q, GAUSS[0], length)]
 
 
-def interpolated(points: Sequence[float], strains: np.ndarray, xi: float) -> np.ndarray:
+def interpolate(points: Sequence[float], strains: np.ndarray, xi: float) -> np.ndarray:
     """Return the polynomial through the strains at some points, shape (points, …), at ξ."""
     return np.tensordot(interpolation(points, xi), strains, axes=1)
 
@@ -88,7 +88,7 @@ def axial_strain(
     `pull`, 5 times that of Qγ/EA: where the axis shears by γ, Γ at the ends is that of N − 5 Qγ, in
     the middle that of N + 5/2 Qγ. Forces along the member bend the parabola by what is `loaded`.
     """
-    first, last = (interpolated(AXIAL, axial, point) for point in GAUSS)
+    first, last = (interpolate(AXIAL, axial, point) for point in GAUSS)
     middle, (angle, change) = 0.5 * (first + last), bent
     curved = np.sqrt(3) * shear * change - angle**2 * middle - loaded
     line = middle + (np.sqrt(3) * (last - first) + pull) * (xi - 0.5)

@@ -26,7 +26,7 @@ from flexband.mechanics.bodies.assumed_strains import (
     axial_strain,
     bending,
     bent,
-    interpolated,
+    interpolate,
     interpolation,
     line_stiffness,
     load_curvature,
@@ -195,8 +195,8 @@ class Beam(CentreLine):
         linear = add(scale(1 - xi, a.y), scale(xi, b.y))
         if self.integration is not None:
             return linear
-        normal = add(scale(1 - xi, _turned(a.x)), scale(xi, _turned(b.x)))
-        return add(_turned(slope), subtract(linear, normal))
+        normal = add(scale(1 - xi, _rotate(a.x)), scale(xi, _rotate(b.x)))
+        return add(_rotate(slope), subtract(linear, normal))
 
     def section_stiffness(self, along: Along) -> Sequence[np.ndarray]:
         """Return `SectionStiffness` or, of the default element, EA [N], EI [N m²] and kGA [N]."""
@@ -322,8 +322,8 @@ class Beam(CentreLine):
         return (
             axial_strain(xi, axial, now[3:5], 0.5 * (shear[0] + shear[1]), pull, curved),
             np.tensordot(bending(xi), bent, 1) / length,
-            interpolated(ENDS, change[5:7], xi),
-            interpolated(ENDS, thickness, xi),
+            interpolate(ENDS, change[5:7], xi),
+            interpolate(ENDS, thickness, xi),
         )
 
     def _continuum_strains(self, state: ElementState) -> list[np.ndarray]:
@@ -433,6 +433,6 @@ def _check_arc(curvature: np.ndarray, height: np.ndarray) -> None:
         )
 
 
-def _turned(a: Vector) -> Vector:
+def _rotate(a: Vector) -> Vector:
     """Return a vector rotated by 90°."""
     return -a[1], a[0]

@@ -27,7 +27,7 @@ from flexband.errors import (
     check_same_samples,
 )
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, add_pairs, point
-from flexband.mechanics.bodies.curves import Path, arc, drawn, measured
+from flexband.mechanics.bodies.curves import Path, arc, drawn, measure_path
 from flexband.mechanics.bodies.mesh import Mesh, divided_mesh
 from flexband.mechanics.bodies.properties import Along, Property, evaluated
 from flexband.mechanics.kernels.elements.hermite import POSITIONS, WEIGHTS, hermite, hermite_slope
@@ -124,7 +124,7 @@ class CentreLine(Body):
         InputError
             If the path has no tangent somewhere, or a number is out of its range.
         """
-        return cls(**measured(path)._asdict(), **properties)
+        return cls(**measure_path(path)._asdict(), **properties)
 
     @abstractmethod
     def properties(self) -> Sequence[tuple[str, Property, Callable]]:

@@ -25,7 +25,7 @@ class Curve(NamedTuple):
     curvature: Callable[[np.ndarray], np.ndarray]
 
 
-def measured(path: Path) -> Curve:
+def measure_path(path: Path) -> Curve:
     """Return the length, the start and the curvature of a path."""
     count = 2001
     u = np.linspace(0.0, 1.0, count)

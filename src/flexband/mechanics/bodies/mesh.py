@@ -48,7 +48,7 @@ def divided_mesh(elements: int, elements_per_node: int, divisions: Sequence[floa
         return Mesh(even, np.array([], dtype=int), True, parts)
     each = elements // coarse
     ends = np.array([0.0, *places, coarse])
-    counts = each * _shared(np.diff(ends), coarse)
+    counts = each * _share_elements(np.diff(ends), coarse)
     within = zip(ends, ends[1:], counts, strict=False)
     parted = [np.linspace(a, b, n, endpoint=False) for a, b, n in within]
     nodes = each * np.append(np.concatenate(parted), coarse)
@@ -66,7 +66,7 @@ def _apart(places: np.ndarray, end: float, min_distance: float = 0.01) -> list[f
     return kept[1:]
 
 
-def _shared(lengths: np.ndarray, elements: int) -> np.ndarray:
+def _share_elements(lengths: np.ndarray, elements: int) -> np.ndarray:
     """Return elements per part of these lengths, such that the longest is as short as can be."""
     spare = elements - len(lengths)
     counts = np.maximum(1, np.floor(lengths / elements * spare)).astype(int)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from flexband.arguments import frozen
 from flexband.errors import check_non_negative, check_option
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, point
-from flexband.mechanics.kernels.forms import Form, PlanarFrame, fixed
+from flexband.mechanics.kernels.forms import Form, PlanarFrame, constant_vector
 
 
 @frozen(kw_only=True)
@@ -54,4 +54,6 @@ class PointMass(Body):
     def frame(self, name: str, first: int) -> PlanarFrame:
         check_option("point", name, ["center"])
         position = Form.variable(first), Form.variable(first + 1)
-        return PlanarFrame(position, (fixed((1.0, 0.0)), fixed((0.0, 1.0))), rigid=True)
+        return PlanarFrame(
+            position, (constant_vector((1.0, 0.0)), constant_vector((0.0, 1.0))), rigid=True
+        )

@@ -50,7 +50,7 @@ class PairContact(NamedTuple):
     friction: FrictionEntry | None = None  # along the surfaces
 
 
-def touching(
+def pair_contact(
     kernel: Callable[..., tuple],
     normal_law: NormalLaw,
     *parameters: ArrayLike,
@@ -61,7 +61,7 @@ def touching(
     return PairContact(_law_of(kernel, len(numbers)), numbers, friction=friction)
 
 
-def turning(normal_law: NormalLaw, sign: float, limit: ArrayLike) -> PairContact:
+def angle_contact(normal_law: NormalLaw, sign: float, limit: ArrayLike) -> PairContact:
     """Return a contact that keeps ± the angle of the first body less that of the second below."""
     return PairContact(angular_law, (*normal_law.parameters, sign, limit), GAP.angle)
 

@@ -148,6 +148,8 @@ class FrictionEntry(NamedTuple):
         return static, kinetic, static - kinetic, viscous, inverse**2
 
 
-def rubbing(friction: Friction | None, sliding: Callable[[], Travel]) -> FrictionEntry | None:
+def friction_entry(
+    friction: Friction | None, sliding: Callable[[], Travel]
+) -> FrictionEntry | None:
     """Return the friction of a contact along a travel; `contact_entries` sets its normal force."""
     return None if friction is None else FrictionEntry(sliding(), friction, lambda forces: [])

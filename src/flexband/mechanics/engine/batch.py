@@ -21,7 +21,7 @@ from flexband.mechanics.engine.generalized_alpha import (
     StepLimits,
 )
 from flexband.mechanics.engine.initial_conditions import ASSEMBLY
-from flexband.mechanics.engine.loop_closure import closed, guessed
+from flexband.mechanics.engine.loop_closure import close_loops, guess_state
 from flexband.mechanics.engine.projection import PROJECTION
 from flexband.mechanics.engine.redundancy import rank_deficiency, require_inertia
 from flexband.mechanics.engine.straining import LargestStrains, Members, kept_steps
@@ -233,20 +233,20 @@ def begin(
     Flexible members start unbent where loops close so. What fails is tried again from where loops
     are as near to closing as they get so. Or else the block goes on from the state `held`, z.
     """
-    guess = guessed(system, values) if held is None else held
-    start = partial(_started, system, values, going_on=held is not None)
+    guess = guess_state(system, values) if held is None else held
+    start = partial(_start_block, system, values, going_on=held is not None)
     massless = (values.mass != values.regular_mass).any(axis=0)
     pivots = np.where(massless, PROJECTION.massless_pivot, PROJECTION.min_pivot)
     members = any(len(body.nodes) > 1 for body in system.model.bodies.values())
     if held is None and members:
-        near, misfit = closed(system, values)
+        near, misfit = close_loops(system, values)
         guess = np.where(
             np.abs(misfit).max(axis=0, initial=0.0) < ASSEMBLY.constraint_tolerance, near, guess
         )
     work, failure = start(guess, pivots)
     failed = failure[0] > 0
     if held is None and failed.any():
-        before, guess = failure, np.where(failed, closed(system, values)[0], guess)
+        before, guess = failure, np.where(failed, close_loops(system, values)[0], guess)
         work, failure = start(guess, pivots)
         failure[:] = np.where(failed & (failure[0] > 0), before, failure)
     if failure[3].any() or massless.any():
@@ -280,7 +280,7 @@ def end_of(
     return np.concatenate([work.z, work.a, rest, work.steps, accelerations, first_q])
 
 
-def _started(
+def _start_block(
     system: System,
     values: Values,
     guess: np.ndarray,

@@ -74,7 +74,7 @@ def corrections(
     if len(turned):
         guess = np.zeros((len(z), len(turned)))
         guess[: len(given)] = of_samples(system.values.start, samples[turned])
-        changes.reversed[turned] = _reversed(system, guess, z[:, turned], samples[turned])
+        changes.reversed[turned] = _passes_singularity(system, guess, z[:, turned], samples[turned])
     return changes
 
 
@@ -96,7 +96,7 @@ def report(
         sentences.append(f"assembly turned {body} by {turn:.3g} rad from its given angle{where}")
         if turn > limits.large_turn:
             text = sentences[-1] + ", since the joints cannot be met at the given angles"
-            warn(text, remarks=_changed(changes.turns, limits.large_turn, text))
+            warn(text, remarks=_change_remarks(changes.turns, limits.large_turn, text))
     move, body, where = largest(changes.moves)
     if move > limits.min_move * size:
         attributes["largest_move"] = move
@@ -108,7 +108,7 @@ def report(
             sentences.append(change_text + where)
             if part > limits.large_rate:
                 text = sentences[-1] + "; give all bodies velocities that joints and drives allow"
-                warn(text, remarks=_changed(change, limits.large_rate, text))
+                warn(text, remarks=_change_remarks(change, limits.large_rate, text))
     if changes.reversed.any():
         where = f" (sample {np.argmax(changes.reversed)})" if system.samples > 1 else ""
         text = "a loop closed in another branch than that of the given angles"
@@ -126,7 +126,7 @@ def report(
     return attributes
 
 
-def _changed(change: np.ndarray, most: float, text: str) -> list[Remark]:
+def _change_remarks(change: np.ndarray, most: float, text: str) -> list[Remark]:
     """Return remarks on the samples with a change, (bodies, samples), above what is allowed."""
     largest = change.max(axis=0)
     return [
@@ -144,7 +144,9 @@ def _relative(change: np.ndarray, given: np.ndarray) -> np.ndarray:
     return np.divide(change, given, out=np.zeros_like(change), where=given > 0)
 
 
-def _reversed(system: System, guess: np.ndarray, z: np.ndarray, samples: np.ndarray) -> np.ndarray:
+def _passes_singularity(
+    system: System, guess: np.ndarray, z: np.ndarray, samples: np.ndarray
+) -> np.ndarray:
     """Return whether the way from the guess to the start passes a singular position.
 
     With the Jacobians J₀ and J₁ of the constraints by the rigid motions of the bodies, and the

@@ -140,7 +140,7 @@ def _reason(system: System, code: float, row: int, part: float, tried: str, driv
             "coefficient, a longer guide, or a load nearer to it makes κ less; or let what is "
             "pressed together be elastic"
         ),
-        FAILURE.unsettled: lambda: _unsettled(system),
+        FAILURE.unsettled: lambda: _unsettled_reason(system),
         FAILURE.out_of_reach: lambda: (
             f"{drives} asks for a position that the mechanism cannot reach"
         ),
@@ -165,7 +165,7 @@ def rough(system: System, *, switched: bool = False) -> str:
     return " or ".join(dict.fromkeys(map(repr, names)))
 
 
-def _unsettled(system: System) -> str:
+def _unsettled_reason(system: System) -> str:
     """Return why nothing that sticks or slides, or becomes active, agrees with the rest."""
     reasons = []
     if joints := rough(system, switched=True):

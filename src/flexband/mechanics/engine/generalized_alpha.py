@@ -256,7 +256,7 @@ def correct(structure, method, values, z, a, x, active):
 
 
 @compiled
-def shorten(structure, method, values, x):
+def shorten_corrections(structure, method, values, x):
     """Shorten Newton's corrections to `NEWTON.max_correction`."""
     largest = greatest(x, 0, values.inverse_scale, structure.state.coordinates)
     largest = method.dq_da * largest
@@ -313,7 +313,7 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
         lost = where(active, where(refine(structure, values, work, r), alive, lost), lost)
         age += 1
         if damped:
-            shorten(structure, method, values, r)
+            shorten_corrections(structure, method, values, r)
         moved = where(active, moved + turn_of_jacobian(structure, method, values, r), moved)
         change = correct(structure, method, values, z, a, r, active)
         if not first:

@@ -36,7 +36,7 @@ class ClosureOptions(NamedTuple):
     """From one step to the next."""
 
 
-def guessed(system: System, values: Values) -> np.ndarray:
+def guess_state(system: System, values: Values) -> np.ndarray:
     """Return the rows [1, q, λ, θ] of z in the guess, with λ = 0 and the angles that are drawn."""
     z = np.zeros((system.structure.state.velocity, values.start.shape[1]))
     z[: len(values.start)] = values.start
@@ -44,12 +44,12 @@ def guessed(system: System, values: Values) -> np.ndarray:
     return z
 
 
-def closed(
+def close_loops(
     system: System, values: Values, options: ClosureOptions = ClosureOptions()
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return z as near to Φ = 0 as rigid motions get, and Φ over the size, (multipliers, lanes)."""
     c = values.terms * values.functions[system.structure.terms.f]
-    z, inverse = guessed(system, values), values.inverse_scale[1]
+    z, inverse = guess_state(system, values), values.inverse_scale[1]
     misfit = inverse * constraint_errors(system, values, z)
     damping, turns = np.full(z.shape[1], options.min_damping), _are_turns(system)
     for _ in range(ASSEMBLY.iterations):
@@ -86,7 +86,7 @@ def gaps(system: System, sample: int) -> dict[str, float]:
     Joints that close are left out, as are rows of Φ that only turns change, which are angles.
     """
     values = pack(system, AT_START, np.array([sample]))(0)
-    z, misfit = closed(system, values)
+    z, misfit = close_loops(system, values)
     size = 1 / values.inverse_scale[1]
     c = values.terms * values.functions[system.structure.terms.f]
     rows = derivatives(system, c, values.vectors, z).transpose(2, 0, 1)[0]

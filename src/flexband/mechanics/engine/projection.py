@@ -17,7 +17,7 @@ import numpy as np
 from flexband.mechanics.kernels.angles import pass_on_moments
 from flexband.mechanics.kernels.constraints import add_constraints
 from flexband.mechanics.kernels.equations import add_mass, clear_matrix, residual, tangent
-from flexband.mechanics.kernels.factorization import factorize, soften, solve
+from flexband.mechanics.kernels.factorization import factorize, soften_multipliers, solve
 from flexband.mechanics.kernels.friction.contacts_in_line import holds
 from flexband.mechanics.kernels.friction.rows import (
     add_friction,
@@ -311,7 +311,7 @@ def share(structure, values, now, work, shared):
         store(z, row, load(z, row) - given)
     for part in (PROJECTION.softening, PROJECTION.small_softening):
         mass_matrix(structure, values, values.sharing_mass, now, z, matrix)
-        soften(structure.pattern, matrix, part)
+        soften_multipliers(structure.pattern, matrix, part)
         factorize(structure.pattern, matrix, none, r)
         for count in range(PROJECTION.max_passes):  # z holds what is left to carry
             clear(r, state.velocity)

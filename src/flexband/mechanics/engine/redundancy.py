@@ -120,16 +120,16 @@ def vector_and_gradient(
 
 def dependent(system: System, z: np.ndarray, sample: int = 0) -> tuple[int, list[str]]:
     """Return the number of redundant constraints, and the joints among the dependent ones."""
-    ways = null_space(_normalized(system, z, sample).T, rcond=RANK)
+    ways = null_space(_unit_jacobian(system, z, sample).T, rcond=RANK)
     return ways.shape[1], _joints(_owners(system, np.abs(ways).max(axis=1, initial=0.0) > 1e-6))
 
 
-def sharing(system: System, z: np.ndarray, sample: int) -> list[str]:
+def joints_that_share(system: System, z: np.ndarray, sample: int) -> list[str]:
     """Return the joints whose forces are not unique; warn if constraints almost depend."""
     count, joints = dependent(system, z, sample)
     if count:
         return joints
-    nearest = np.linalg.svd(_normalized(system, z, sample))[0][:, -1]
+    nearest = np.linalg.svd(_unit_jacobian(system, z, sample))[0][:, -1]
     owners = _owners(system, np.abs(nearest) > INVOLVED)
     text = (
         f"{' and '.join(owners)} almost depend on each other at the start: one of their "
@@ -202,7 +202,7 @@ def warn_of_unresolved(system: System, unresolved: np.ndarray, times: np.ndarray
     warn(text(int(sample), where), ResolutionWarning, remarks)
 
 
-def _normalized(system: System, z: np.ndarray, sample: int) -> np.ndarray:
+def _unit_jacobian(system: System, z: np.ndarray, sample: int) -> np.ndarray:
     """Return Φ_q with rows of length 1."""
     return _unit_rows(jacobian(system, z[:, None], np.array([sample]))[:, :, 0])
 

@@ -26,14 +26,14 @@ from flexband.mechanics.kernels.forms import (
     Form,
     Frame,
     TimeFunction,
+    constant_vector,
     dot,
-    fixed,
     length,
     moves,
     section_normal,
     subtract,
 )
-from flexband.mechanics.kernels.relations import aligned, along
+from flexband.mechanics.kernels.relations import alignment, along
 
 GROUND = (0.0, 0.0)
 
@@ -96,7 +96,7 @@ class PrescribedRotation(AlignedJoint):
     def _aligned(self, frame: Resolve) -> tuple[Form, Form]:
         name = "PrescribedRotation angle [rad]"
         c, s = (Form.function(Composed(outer, self.angle, name)) for outer in (np.cos, np.sin))
-        return aligned(*self._sections(frame), c, s)
+        return alignment(*self._sections(frame), c, s)
 
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return the sine of the angle from the prescribed direction to the first normal."""
@@ -174,5 +174,5 @@ class PrescribedPath(HoldingJoint):
         """Return r − (x, y)."""
         path = Form.function(self.x), Form.function(self.y)
         rows = subtract(frame(self.first).position, path)
-        axes = fixed((1.0, 0.0)), fixed((0.0, 1.0))
+        axes = constant_vector((1.0, 0.0)), constant_vector((0.0, 1.0))
         return [Held(row, axis) for row, axis in zip(rows, axes, strict=True)]

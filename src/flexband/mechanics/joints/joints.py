@@ -19,8 +19,8 @@ from flexband.errors import (
     check_non_negative,
     check_positive,
 )
-from flexband.mechanics.contact.contact_law import PairContact, check_law, touching
-from flexband.mechanics.contact.friction import Friction, FrictionEntry, as_coulomb, rubbing
+from flexband.mechanics.contact.contact_law import PairContact, check_law, pair_contact
+from flexband.mechanics.contact.friction import Friction, FrictionEntry, as_coulomb, friction_entry
 from flexband.mechanics.contact.geometry.circle_on_line import (
     gap_above_line,
     line_parameters,
@@ -58,7 +58,7 @@ from flexband.mechanics.kernels.forms import (
     subtract,
     turned,
 )
-from flexband.mechanics.kernels.relations import across, aligned, along, meet, parallel, turn
+from flexband.mechanics.kernels.relations import across, alignment, along, meet, parallel, turn
 
 
 class AlignedJoint(PairJoint):
@@ -73,7 +73,7 @@ class AlignedJoint(PairJoint):
 
     def _aligned(self, frame: Resolve) -> tuple[Form, Form]:
         """Return the sine and the cosine of the angle between the sections, less the given one."""
-        return aligned(frame(self.first), frame(self.second), *_unit(self._turn))
+        return alignment(frame(self.first), frame(self.second), *_unit(self._turn))
 
     def conditions(self, frame: Resolve) -> list[Form]:
         """Return the cosine of the angle between the sections."""
@@ -151,8 +151,10 @@ class Revolute(PairJoint):
         if self.clearance is None or self.law is None:
             return []
         points, radius = map(frame, self.points), np.asarray(self.radius, dtype=float)
-        friction = rubbing(self.friction, partial(travel_on_circle, *points, -radius))
-        return [touching(gap_in_circle, self.law, self.clearance, self.radius, friction=friction)]
+        friction = friction_entry(self.friction, partial(travel_on_circle, *points, -radius))
+        return [
+            pair_contact(gap_in_circle, self.law, self.clearance, self.radius, friction=friction)
+        ]
 
     def frictions(self, frame: Resolve) -> list[FrictionEntry]:
         if self.friction is None or self.clearance is not None:
@@ -346,8 +348,8 @@ class Prismatic(LineJoint, AlignedJoint):
             travel = partial(
                 travel_on_line, corner, frame(self.second), normal, lever=lever, height=height
             )
-            friction = rubbing(self.friction, travel)
-            contacts.append(touching(gap_above_line, self.law, *numbers, friction=friction))
+            friction = friction_entry(self.friction, travel)
+            contacts.append(pair_contact(gap_above_line, self.law, *numbers, friction=friction))
         return contacts
 
     def frictions(self, frame: Resolve) -> list[FrictionEntry]:

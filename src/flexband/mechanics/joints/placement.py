@@ -15,7 +15,7 @@ from flexband.errors import returned
 from flexband.mechanics.kernels.forms import Form
 
 
-def placed(
+def place_bodies(
     guess: Sequence[np.ndarray],
     bodies: Sequence[Sequence[Sequence[int]]],
     rows: Sequence[Form],

@@ -152,7 +152,7 @@ def solve(pattern, rows, matrix, sides):
 
 
 @compiled
-def soften(pattern, matrix, part):
+def soften_multipliers(pattern, matrix, part):
     """Replace the zeros on the multipliers' diagonal by −`part` Σ Φ_ki² / M_ii, if A is M."""
     for k in range(pattern.columns):
         if not pattern.is_multiplier[k]:

@@ -163,7 +163,7 @@ def moves(vector: Vector) -> bool:
     return any(j > 0 for form in vector for _, j, _ in form.terms)
 
 
-def fixed(vector: Sequence[ArrayLike]) -> Vector:
+def constant_vector(vector: Sequence[ArrayLike]) -> Vector:
     """Return a vector that does not depend on the state."""
     return tuple(map(Form.constant, vector))
 
@@ -298,7 +298,7 @@ class Frame:
         """Return the global frame moved to `position` [m]."""
         kind = PlanarFrame if len(position) == 2 else Frame
         axes = np.eye(len(position)).tolist()
-        return kind(fixed(position), tuple(map(fixed, axes)), rigid=True)
+        return kind(constant_vector(position), tuple(map(constant_vector, axes)), rigid=True)
 
 
 class PlanarFrame(Frame):

@@ -128,7 +128,7 @@ def analyse(
         row=_indices([row for row, _ in tiles]),
         unknown=_indices([first[row] for row, _ in tiles]),
         below=ordered(dict(enumerate(rows))),
-        reached=ordered(_reached([pair in multipliers for pair in order], rows)),
+        reached=ordered(_reached_rows([pair in multipliers for pair in order], rows)),
         product_start=_indices(product_start),
         product_v=_indices(product_v),
         product_l=_indices(product_l),
@@ -142,7 +142,7 @@ def analyse(
     return pattern, slots
 
 
-def _reached(
+def _reached_rows(
     is_multiplier: list[bool], rows: Sequence[list[tuple[int, int]]]
 ) -> dict[int, list[tuple[int, int]]]:
     """Return the rows that depend on the multipliers' right-hand side, without other columns."""

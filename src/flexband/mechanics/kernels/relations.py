@@ -84,7 +84,7 @@ def turn(
     return angle(_arm(first, second, axis, first_axis))
 
 
-def aligned(
+def alignment(
     first: Frame,
     second: Frame,
     cosine: Form | ArrayLike,

@@ -18,7 +18,7 @@ from flexband.mechanics.linearization.eigenmodes import (
     allowed,
     eigenmodes,
     is_symmetric,
-    reduced,
+    reduce_matrix,
     softest,
 )
 from flexband.mechanics.linearization.linearize import Equations, Linear, Spin
@@ -195,13 +195,13 @@ class Balance:
 
     @cached_property
     def stiffness(self) -> tuple[np.ndarray, np.ndarray, Factors | None]:
-        """The stiffness on the allowed directions, as `_scaled` returns it.
+        """The stiffness on the allowed directions, as `_scale_by_diagonal` returns it.
 
         It is none where a move by the whole size would change forces by less than is tolerated.
         """
-        matrix = reduced(self.linear.K + self.linear.L, self.basis)
+        matrix = reduce_matrix(self.linear.K + self.linear.L, self.basis)
         least = np.sqrt(self.tolerated)
-        return _scaled(np.where(np.abs(matrix) < least * least[:, None], 0.0, matrix))
+        return _scale_by_diagonal(np.where(np.abs(matrix) < least * least[:, None], 0.0, matrix))
 
     @property
     def unresolved(self) -> bool:
@@ -224,7 +224,9 @@ class Balance:
             back = -np.linalg.lstsq(self.rows, self.violation, rcond=self.tolerances.rank)[0] * size
         matrix, scale, factors = self.stiffness
         if np.isfinite(weight):
-            matrix, scale, factors = _scaled(reduced(K + self.linear.M / weight, self.basis))
+            matrix, scale, factors = _scale_by_diagonal(
+                reduce_matrix(K + self.linear.M / weight, self.basis)
+            )
         right = -self.forces - self.basis.T @ (K @ back)
         y = scale * _solution(matrix, factors, scale * right)
         return (back + self.basis @ y) / size
@@ -237,7 +239,7 @@ class Balance:
 
     def push(self) -> np.ndarray:
         """Return the unit direction in which forces accelerate, without directionless springs."""
-        M = reduced(self.linear.M, self.basis)
+        M = reduce_matrix(self.linear.M, self.basis)
         forces = self.forces - self.loose
         if not np.abs(forces).max(initial=0.0) > 0:
             forces = np.ones(self.free)
@@ -265,7 +267,7 @@ class Balance:
         return is_stable(self.motion._replace(K=self.motion.K + np.diag(floor)), self.basis)
 
 
-def _scaled(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, Factors | None]:
+def _scale_by_diagonal(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, Factors | None]:
     """Return a matrix scaled by the roots of its diagonal, 1 over these, and factors or None.
 
     Where the diagonal is smaller than K_ij² ≤ K_ii K_jj asks for, as without negative eigenvalues,
@@ -277,10 +279,10 @@ def _scaled(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, Factors | None]
         coupled = np.minimum(size, size**2 / diagonal).max(axis=1, initial=0.0)
     scale = 1 / np.sqrt(np.maximum(diagonal, coupled))
     matrix = matrix * scale * scale[:, None]
-    return matrix, scale, _factored(matrix)
+    return matrix, scale, _factor(matrix)
 
 
-def _factored(matrix: np.ndarray) -> Factors | None:
+def _factor(matrix: np.ndarray) -> Factors | None:
     """Return the factors of a matrix, or None if it is singular."""
     if not len(matrix):
         return matrix, np.zeros(0, dtype=np.int32)
@@ -306,10 +308,10 @@ def is_stable(linear: Linear, basis: np.ndarray) -> bool:
         return not np.any(eigenmodes(linear, basis, 2 * len(linear.M)).unstable)
     if not basis.shape[1]:
         return True
-    D, L = (reduced(part, basis) for part in (linear.D, linear.L))
+    D, L = (reduce_matrix(part, basis) for part in (linear.D, linear.L))
     count = 2 * basis.shape[1]
     if linear.carried is None and is_symmetric(L) and _no_growth(D + D.T):
-        K = reduced(linear.K + linear.L, basis)
+        K = reduce_matrix(linear.K + linear.L, basis)
         try:
             np.linalg.cholesky(K + K.T)
             return True
@@ -341,7 +343,7 @@ def find_rest(
     if equations.state.rule == equations.state.extreme:
         return _rest(equations, z, spin, start, search)
     size, settled = np.abs(start[equations.y]), None
-    z, start = (_hurried(equations, z, search.state_step) for z in (z, start))
+    z, start = (_hurry_law_states(equations, z, search.state_step) for z in (z, start))
     balance, success = _rest(equations, z, spin, start, search)
     for _ in range(search.state_steps):
         before, y = balance.z[equations.y0], balance.z[equations.y]
@@ -358,12 +360,12 @@ def find_rest(
         if not success:  # the mechanism went away from where the other mode holds it
             switched[equations.q] = start[equations.q]
         settled = settled if same else None  # one of other modes is no rest of these
-        z = _hurried(equations, switched, search.state_step)
+        z = _hurry_law_states(equations, switched, search.state_step)
         balance, success = _rest(equations, z, spin, z, search)
     return balance, False
 
 
-def _hurried(equations: Equations, z: np.ndarray, step: float) -> np.ndarray:
+def _hurry_law_states(equations: Equations, z: np.ndarray, step: float) -> np.ndarray:
     """Return a state from which states of force laws take such a step [s] of Euler's method."""
     z = equations.held(z)
     z[equations.state.rule : equations.state.gap][1:2] = step
@@ -374,17 +376,17 @@ def _rest(
     equations: Equations, z: np.ndarray, spin: Spin, start: np.ndarray, search: RestSearch
 ) -> tuple[Balance, bool]:
     """Perform `find_rest` for one step of the states of force laws."""
-    balance, success = _searched(equations, z, spin, search, downhill=False)
+    balance, success = _search_rest(equations, z, spin, search, downhill=False)
     if not success:
-        balance, success = _searched(equations, z, spin, search, downhill=True)
+        balance, success = _search_rest(equations, z, spin, search, downhill=True)
     elif not balance.stable:
-        other, lower = _searched(equations, start, spin, search, downhill=True)
+        other, lower = _search_rest(equations, start, spin, search, downhill=True)
         if lower and other.stable:
             balance = other
     return balance, success and not balance.unresolved
 
 
-def _searched(
+def _search_rest(
     equations: Equations, z: np.ndarray, spin: Spin, search: RestSearch, *, downhill: bool
 ) -> tuple[Balance, bool]:
     """Move to an equilibrium, a stable one if `downhill`.

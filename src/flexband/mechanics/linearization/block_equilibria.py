@@ -16,7 +16,7 @@ from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.linearization.balance import Balance, RestSearch, find_rest
 from flexband.mechanics.linearization.linearize import Equations, Spin
-from flexband.mechanics.linearization.load_path import raised, snap_throughs
+from flexband.mechanics.linearization.load_path import raise_loads, snap_throughs
 
 
 class BlockEquilibria(NamedTuple):
@@ -32,7 +32,7 @@ def block_equilibria(
     system: System, values: Values, steps: int, samples: int, spins: Sequence[Spin] | None = None
 ) -> BlockEquilibria:
     """Find the equilibria of the first samples of a block, at rest or in their rotations."""
-    spins = spins or [resting(system)] * samples
+    spins = spins or [no_rotation(system)] * samples
     work, failure = begin(system, values)
     state = system.structure.state
     work.z[state.multiplier : state.angle] = 0.0
@@ -43,7 +43,7 @@ def block_equilibria(
         snap_throughs(system, values, start, failed)
         for k in range(1, steps + 1):
             rows = np.full((STATIC.iterations + 1, system.sensed, WIDTH), np.nan)
-            run(SETTLE, system, raised(values, k / steps), work, rows, failure)
+            run(SETTLE, system, raise_loads(values, k / steps), work, rows, failure)
             on_way.append(rows[~np.isnan(rows).all(axis=(1, 2))])
     balances: list[Balance] = []
     for lane, spin in enumerate(spins):
@@ -52,7 +52,7 @@ def block_equilibria(
             continue
         z = work.z[:, lane] if np.isfinite(work.z[:, lane]).all() else start[:, lane]
         for k in range(1, steps if spin.rate else 1):
-            equations = Equations(system, raised(values, k / steps), lane)
+            equations = Equations(system, raise_loads(values, k / steps), lane)
             z = find_rest(equations, z, spin.raised(k / steps), z)[0].z
         first = z if spin.rate else start[:, lane]
         balance, settled = find_rest(Equations(system, values, lane), z, spin, first)
@@ -88,6 +88,6 @@ def _loose(system: System, balance: Balance) -> float:
     return loose
 
 
-def resting(system: System) -> Spin:
+def no_rotation(system: System) -> Spin:
     """Return the rotation of a mechanism that does not rotate."""
     return Spin(0.0, np.zeros(system.structure.state.coordinates))

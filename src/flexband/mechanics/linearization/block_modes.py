@@ -19,11 +19,11 @@ from flexband.mechanics.engine.redundancy import dependent, refuse_shared_fricti
 from flexband.mechanics.kernels.friction.modes import MODE
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.linearization.balance import Balance
-from flexband.mechanics.linearization.block_equilibria import block_equilibria, resting
+from flexband.mechanics.linearization.block_equilibria import block_equilibria, no_rotation
 from flexband.mechanics.linearization.contact_damping import contact_damping
 from flexband.mechanics.linearization.eigenmodes import Eigenmodes, eigenmodes
 from flexband.mechanics.linearization.linearize import Equations, Linear, Spin
-from flexband.mechanics.linearization.steady_motion import check_steady, driven
+from flexband.mechanics.linearization.steady_motion import check_steady, driven_spins
 from flexband.mechanics.linearization.thickness import Thickness
 
 
@@ -74,9 +74,9 @@ class ModeSolver:
         scale = values.inverse_scale[1 : 1 + state.coordinates, :count]
         spins = None if self.spins is None else self.spins[numbers[0] : numbers[-1] + 1]
         if self.sliding:
-            spins = driven(system, numbers)
+            spins = driven_spins(system, numbers)
         moving = bool(np.any(np.abs(v * scale) > self.min_speed)) and spins is None
-        still = resting(system)
+        still = no_rotation(system)
         if self.at_start:
             if moving:
                 raise InputError(
@@ -135,7 +135,7 @@ class ModeSolver:
         q, z = np.arange(equations.q.start, equations.q.stop), equations.held(z)
         if equations.state_count:
             vectors = np.vstack([vectors, modes.states])
-            sizes = np.append(sizes, equations.state_sizes(z, resting(system)))
+            sizes = np.append(sizes, equations.state_sizes(z, no_rotation(system)))
             q = np.append(q, np.arange(equations.y0.start, equations.y0.stop))
         for vector in vectors.T:
             size = self.perturbation / np.abs(vector / sizes).max()

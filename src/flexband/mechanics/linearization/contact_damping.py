@@ -32,7 +32,7 @@ def contact_damping(equations: Equations, z: np.ndarray, linear: Linear) -> np.n
             K, exponent, _, _, ratio = equations.values.laws[first : first + 5, 0]
             n = _gradient(equations, z, rows.mode + gap)
             stiffness = exponent * K * depth ** (exponent - 1.0)
-            mobility = n @ _accelerated(linear, equations.mass, n)
+            mobility = n @ _acceleration(linear, equations.mass, n)
             if mobility > 0:
                 D += 2.0 * ratio * np.sqrt(stiffness / mobility) * np.outer(n, n)
     return D
@@ -46,7 +46,7 @@ def _gradient(equations: Equations, z: np.ndarray, mode: int) -> np.ndarray:
     return Q[:, 0] - Q[:, 1]
 
 
-def _accelerated(linear: Linear, M: np.ndarray, force: np.ndarray) -> np.ndarray:
+def _acceleration(linear: Linear, M: np.ndarray, force: np.ndarray) -> np.ndarray:
     """Return the acceleration by a force with the joints."""
     n, m = len(M), len(linear.Phi)
     matrix = np.block([[M, linear.Phi.T], [linear.Phi, np.zeros((m, m))]])

@@ -67,7 +67,7 @@ def allowed(Phi: np.ndarray, size: np.ndarray, rank: float = RANK) -> np.ndarray
         return np.diag(size)
     rows = Phi * size
     rows = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300)
-    R, order = _pivoted(rows)
+    R, order = _pivoted_qr(rows)
     count = int(np.sum(np.abs(np.diag(R)) > rank * max(abs(R[0, 0]), rank)))
     basis = np.zeros((n, n - count))
     basis[order[count:]] = np.eye(n - count)
@@ -77,7 +77,7 @@ def allowed(Phi: np.ndarray, size: np.ndarray, rank: float = RANK) -> np.ndarray
     return basis * size[:, None]
 
 
-def reduced(matrix: np.ndarray, basis: np.ndarray, *, sparse_from: int = 150) -> np.ndarray:
+def reduce_matrix(matrix: np.ndarray, basis: np.ndarray, *, sparse_from: int = 150) -> np.ndarray:
     """Return a matrix on the directions of a basis, by sparse products of large ones."""
     if not matrix.any():
         return np.zeros((basis.shape[1],) * 2)
@@ -87,7 +87,7 @@ def reduced(matrix: np.ndarray, basis: np.ndarray, *, sparse_from: int = 150) ->
     return (directions.T @ (csr_array(matrix) @ directions)).toarray()
 
 
-def _pivoted(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _pivoted_qr(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return R of a QR factorization with exchanged columns, and their order."""
     factors: Any = qr(matrix, mode="economic", pivoting=True)
     return factors[1], factors[2]
@@ -102,11 +102,11 @@ def eigenmodes(linear: Linear, basis: np.ndarray, count: int) -> Eigenmodes:
     """Return the `count` modes of lowest frequency, or all if there are fewer."""
     if linear.states is not None:
         return _with_states(linear, linear.states, basis, count)
-    M, D, L = (reduced(part, basis) for part in (linear.inertia, linear.D, linear.L))
+    M, D, L = (reduce_matrix(part, basis) for part in (linear.inertia, linear.D, linear.L))
     symmetric = is_symmetric(L) and linear.carried is None
     if symmetric:
         linear = linear._replace(L=(linear.L + linear.L.T) / 2)
-    K = reduced(linear.K + linear.L, basis)
+    K = reduce_matrix(linear.K + linear.L, basis)
     if D.any():
         s, vectors = _general(linear, M, D, K, basis, count, symmetric)
     elif symmetric:
@@ -121,14 +121,14 @@ def eigenmodes(linear: Linear, basis: np.ndarray, count: int) -> Eigenmodes:
 
 def softest(linear: Linear, basis: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the `count` lowest ω² of the symmetric part of the stiffness, and their vectors."""
-    K = reduced(linear.K + linear.L, basis)
+    K = reduce_matrix(linear.K + linear.L, basis)
     few = (0, min(count, len(K)) - 1)
     try:
-        squares, y = eigh((K + K.T) / 2, reduced(linear.M, basis), subset_by_index=few)
+        squares, y = eigh((K + K.T) / 2, reduce_matrix(linear.M, basis), subset_by_index=few)
     except LinAlgError:  # small inertias are lost next to large ones: make each direction's 1
         R = qr(cholesky(linear.M) @ basis, mode="r")[0][: len(K)]
         basis = solve_triangular(R, basis.T, trans=1).T
-        K = reduced(linear.K + linear.L, basis)
+        K = reduce_matrix(linear.K + linear.L, basis)
         squares, y = eigh((K + K.T) / 2, subset_by_index=few)
     return squares, basis @ y
 
@@ -138,7 +138,7 @@ def _conservative(linear: Linear, basis: np.ndarray, count: int):
     _, soft = softest(linear, basis, count)
     squares, z = eigh(soft.T @ (linear.K + linear.L) @ soft, soft.T @ linear.M @ soft)
     vectors = soft @ z
-    squares = np.where(np.abs(squares) > rounding(linear, vectors), squares, 0.0)
+    squares = np.where(np.abs(squares) > rounding_errors(linear, vectors), squares, 0.0)
     return np.sqrt(np.abs(squares)) * np.where(squares > 0, 1j, 1.0), vectors
 
 
@@ -151,8 +151,8 @@ def _circulatory(linear: Linear, M, K, basis: np.ndarray, count: int):
     squares, y = shift / inverse[resolved] - shift, y[:, resolved]
     upper = np.imag(squares) >= 0
     squares, y = squares[upper], y[:, upper]
-    vectors = _normalized(linear, basis @ y)
-    noise = rounding(linear, vectors)
+    vectors = _normalize(linear, basis @ y)
+    noise = rounding_errors(linear, vectors)
     squares = np.where(np.abs(squares) > noise, squares, 0.0)
     pure = np.abs(np.imag(squares)) <= PURE * np.abs(squares) + noise
     squares = np.where(pure, np.real(squares), squares)
@@ -177,9 +177,9 @@ def _general(linear: Linear, M, D, K, basis: np.ndarray, count: int, symmetric: 
     resolved = np.abs(inverse) > RESOLVED
     s, y = shift * (1 + 1 / inverse[resolved]), y[:n, resolved]
     kept = np.imag(s) >= 0
-    vectors = _normalized(linear, basis @ y[:, kept])
-    s = _balancing(linear, s[kept], vectors)
-    noise, size = rounding(linear, vectors), np.abs(s)
+    vectors = _normalize(linear, basis @ y[:, kept])
+    s = _balance_eigenvalues(linear, s[kept], vectors)
+    noise, size = rounding_errors(linear, vectors), np.abs(s)
     damping = np.abs(np.einsum("im,ij,jm->m", vectors.conj(), linear.D, vectors))
     resting = np.maximum(size**2, size * damping) <= noise
     s[resting] = 0.0
@@ -189,13 +189,13 @@ def _general(linear: Linear, M, D, K, basis: np.ndarray, count: int, symmetric: 
     s = np.where(pure, 1j * np.imag(s), s)
     keep = np.flatnonzero(~resting)
     if resting.any():  # a motion that is free has the eigenvalue 0 twice, with one vector
-        R, order = _pivoted(vectors[:, resting])
+        R, order = _pivoted_qr(vectors[:, resting])
         mask = np.abs(np.diag(R)) > 1e-3 * abs(R[0, 0])
         keep = np.append(np.flatnonzero(resting)[order[: len(mask)][mask]], keep)
     return s[keep], vectors[:, keep]
 
 
-def _balancing(
+def _balance_eigenvalues(
     linear: Linear, s: np.ndarray, vectors: np.ndarray, *, unbalanced: float = 1e-3
 ) -> np.ndarray:
     """Return s, where φᴴ(s² M + s D + K) φ = 0 within rounding, else the nearest s that is so.
@@ -219,7 +219,7 @@ def _with_states(
     """Solve for the modes of q, q̇ and states of laws; states `alone` have no modal mass."""
     n, m = basis.shape[1], len(states.by_state)
     parts = linear.inertia, linear.D, linear.K + linear.L
-    M, D, K = (reduced(part, basis) for part in parts)
+    M, D, K = (reduce_matrix(part, basis) for part in parts)
     right = np.hstack([-K, -D, basis.T @ states.loads])
     rows = [
         np.hstack([np.zeros((n, n)), np.eye(n), np.zeros((n, m))]),
@@ -234,7 +234,7 @@ def _with_states(
     moving = np.abs(x[:n]).max(axis=0, initial=0.0) > alone
     scale = np.where(moving, mass, np.abs(y).max(axis=0, initial=0.0))
     vectors, y = vectors / scale, y / scale
-    noise = np.where(moving, np.sqrt(rounding(linear, vectors)), 0.0)
+    noise = np.where(moving, np.sqrt(rounding_errors(linear, vectors)), 0.0)
     s = np.where(np.abs(s) <= np.maximum(noise, RESOLVED * np.abs(s).max()), 0.0, s)
     s = np.where(np.abs(np.real(s)) <= PURE * np.abs(s), 1j * np.imag(s), s)
     if not (np.imag(vectors).any() or np.imag(y).any()):
@@ -251,7 +251,7 @@ def _shift(far: np.ndarray, count: int, *, least: float = 1e-9) -> float:
     return 1.3 * float(shift)
 
 
-def _normalized(linear: Linear, vectors: np.ndarray) -> np.ndarray:
+def _normalize(linear: Linear, vectors: np.ndarray) -> np.ndarray:
     """Return vectors with φᴴMφ = 1 and the smallest imaginary part, real if there is none."""
     weighted = linear.M @ vectors
     turn = np.exp(-0.5j * np.angle(np.sum(vectors * weighted, axis=0)))
@@ -261,7 +261,7 @@ def _normalized(linear: Linear, vectors: np.ndarray) -> np.ndarray:
     return np.real(vectors) if small.all() else vectors
 
 
-def rounding(linear: Linear, vectors: np.ndarray) -> np.ndarray:
+def rounding_errors(linear: Linear, vectors: np.ndarray) -> np.ndarray:
     """Return the error of s² of each mode by rounding of the stiffness.
 
     Stretched members round relative to their axial stiffness, so components of a vector count as

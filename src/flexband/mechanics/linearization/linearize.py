@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.mechanics.assembly.stacking import mapped
+from flexband.mechanics.assembly.stacking import map_tree
 from flexband.mechanics.assembly.structure import Values, WorkSpace
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.batch import run
@@ -92,7 +92,7 @@ class Spin:
 
     def velocity(self, q: np.ndarray) -> np.ndarray:
         """Return Ω J (q − centre)."""
-        return self.rate * turned(q - self.centre)
+        return self.rate * rotate_vectors(q - self.centre)
 
     def acceleration(self, q: np.ndarray) -> np.ndarray:
         """Return −Ω² (q − centre)."""
@@ -118,15 +118,15 @@ class Driven(Spin):
         return self.a
 
 
-def turned(q: np.ndarray) -> np.ndarray:
+def rotate_vectors(q: np.ndarray) -> np.ndarray:
     """Return J q: all vectors of the plane, which are pairs of rows, turned by 90°."""
     pairs = q.reshape(-1, 2, *q.shape[1:])
     return np.stack([-pairs[:, 1], pairs[:, 0]], axis=1).reshape(q.shape)
 
 
-def turning(matrix: np.ndarray) -> np.ndarray:
+def rotate_columns(matrix: np.ndarray) -> np.ndarray:
     """Return `matrix` J, what a matrix gives for turned vectors."""
-    return -turned(matrix.T).T
+    return -rotate_vectors(matrix.T).T
 
 
 class Equations:
@@ -146,7 +146,7 @@ class Equations:
 
     def __init__(self, system: System, values: Values, lane: int):
         self.system, self.state = system, system.structure.state
-        self.values = mapped(lambda rows: _copies(rows[:, lane]), values)
+        self.values = map_tree(lambda rows: _copies(rows[:, lane]), values)
         self.work = WorkSpace.from_structure(system.structure)
         self.failure = np.zeros((4, WIDTH))  # of force laws, in the last evaluation
         self.q = slice(1, 1 + self.state.coordinates)
@@ -356,8 +356,8 @@ class Equations:
         K, Phi = matrix[:n, :n], matrix[n : self.state.friction - 1, :n]
         D = (self._matrix(smooth, self.damping_weight) - matrix)[:n, :n] / self.damping_weight
         by_place, by_rate = (part[:n] for part in self._load_derivatives(z, spin))
-        centrifugal, coriolis = spin.rate**2 * M, 2 * spin.rate * turning(M)
-        L = -by_place - spin.rate * turning(by_rate)
+        centrifugal, coriolis = spin.rate**2 * M, 2 * spin.rate * rotate_columns(M)
+        L = -by_place - spin.rate * rotate_columns(by_rate)
         terms = np.abs(K) + np.abs(L) + np.abs(centrifugal)
         M = self._square(self.values.regular_mass)
         dimension = self.system.model.dimension
@@ -396,7 +396,7 @@ class Equations:
         n = self.state.coordinates
         by_place, by_rate = self._load_derivatives(z, spin)
         by_state = self._differences(z, self.y0.start, self.perturbation * scale)
-        by_place = by_place[n:] + spin.rate * turning(by_rate[n:])
+        by_place = by_place[n:] + spin.rate * rotate_columns(by_rate[n:])
         return LinearStates(by_state[:n], by_place, by_rate[n:], by_state[n:])
 
     def _differences(self, z: np.ndarray, first: int, steps: np.ndarray) -> np.ndarray:

@@ -39,7 +39,7 @@ class SnapThroughSearch(NamedTuple):
     """What is left of the lowest ω² without loads at a snap-through, at most."""
 
 
-def raised(values: Values, part: float | np.ndarray) -> Values:
+def raise_loads(values: Values, part: float | np.ndarray) -> Values:
     """Return the numbers with a part of gravity, forces, moments and distributed loads."""
     return values._replace(weight=part * values.weight, forces=part * values.forces)
 
@@ -60,13 +60,13 @@ def snap_throughs(
         return
     q, lanes = slice(1, 1 + system.structure.state.coordinates), np.arange(WIDTH)
     first, last = np.zeros(WIDTH), np.ones(WIDTH)
-    unloaded, jumps = _settled(system, values, first, start)
+    unloaded, jumps = _settle(system, values, first, start)
     before, jumps = unloaded, jumps & (failure[0] == 0)
     for k in range(search.rounds):
         parts = np.linspace(first, last, search.steps + 1)
         rests, moves, sound = [before], np.zeros((search.steps, WIDTH)), np.ones(WIDTH, dtype=bool)
         for n, part in enumerate(parts[1:]):
-            rest, settled = _settled(system, values, part, rests[-1])
+            rest, settled = _settle(system, values, part, rests[-1])
             move = np.abs(values.inverse_scale[q] * (rest - rests[-1])[q]).max(axis=0)
             moves[n] = np.where(sound, np.where(settled, move, np.inf), 0.0)
             sound &= settled
@@ -79,8 +79,8 @@ def snap_throughs(
         first, last = parts[at, lanes], parts[at + 1, lanes]
         before = np.stack(rests)[at, :, lanes].T
     for lane in np.flatnonzero(jumps & (first > 0)):
-        soft = _lowest(system, raised(values, first), before, int(lane))
-        if soft < search.softness * _lowest(system, raised(values, 0.0), unloaded, int(lane)):
+        soft = _lowest(system, raise_loads(values, first), before, int(lane))
+        if soft < search.softness * _lowest(system, raise_loads(values, 0.0), unloaded, int(lane)):
             failure[:, lane] = FAILURE.snapped_through, 0.0, -1.0, first[lane]
 
 
@@ -91,12 +91,12 @@ def _lowest(system: System, values: Values, z: np.ndarray, lane: int) -> float:
     return Balance(equations, z[:, lane], at_rest).lowest()
 
 
-def _settled(
+def _settle(
     system: System, values: Values, part: np.ndarray, z: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the rests under parts of the loads near some states, and which samples have one."""
     work, failure = WorkSpace.from_structure(system.structure), np.zeros((4, WIDTH))
     work.z[:] = z
     rows = np.empty((STATIC.iterations + 1, system.sensed, WIDTH))
-    run(SETTLE, system, raised(values, part), work, rows, failure)
+    run(SETTLE, system, raise_loads(values, part), work, rows, failure)
     return work.z.copy(), failure[0] == 0

@@ -18,8 +18,14 @@ from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.batch import begin
 from flexband.mechanics.kernels.lane_arrays import zeros
 from flexband.mechanics.linearization.balance import Balance
-from flexband.mechanics.linearization.eigenmodes import Eigenmodes, rounding
-from flexband.mechanics.linearization.linearize import Driven, Equations, Linear, Spin, turned
+from flexband.mechanics.linearization.eigenmodes import Eigenmodes, rounding_errors
+from flexband.mechanics.linearization.linearize import (
+    Driven,
+    Equations,
+    Linear,
+    Spin,
+    rotate_vectors,
+)
 
 
 class SteadyChecks(NamedTuple):
@@ -51,17 +57,17 @@ def check_steady(
         reasons = "let it", "change on the way", "changes on the way"
     refused = f"{refused} (sample {sample}): "
     pace = np.maximum(np.abs(modes.s), np.abs(spin.pace(balance.equations.size)))
-    noise = np.sqrt(rounding(balance.linear, modes.vectors))
+    noise = np.sqrt(rounding_errors(balance.linear, modes.vectors))
     for later, angle in _later(system, sample, balance, spin):
-        basis = _rotated(balance.basis, angle) / balance.equations.size[:, None]
+        basis = _rotate(balance.basis, angle) / balance.equations.size[:, None]
         off = np.abs(np.column_stack([later.violation, later.rows @ basis])).max(axis=1, initial=0)
         if off.max(initial=0) > CHECKS.difference:
             owner = system.constraints[int(off.argmax())]
             raise InputError(f"{refused}{owner} does not {reasons[0]}")
         if later.excess > CHECKS.max_excess:
             raise InputError(f"{refused}its loads {reasons[1]}")
-        before = _seen(balance.linear, modes.vectors)
-        after = _seen(later.linear, _rotated(modes.vectors, angle))
+        before = _modal_matrices(balance.linear, modes.vectors)
+        after = _modal_matrices(later.linear, _rotate(modes.vectors, angle))
         stiffness, damping = (np.abs(b - a) for a, b in zip(before, after, strict=True))
         allowed = CHECKS.difference * np.outer(pace, pace) + np.outer(noise, noise)
         if np.any(stiffness > allowed) or np.any(
@@ -70,7 +76,7 @@ def check_steady(
             raise InputError(f"{refused}its stiffness or damping {reasons[2]}")
 
 
-def driven(system: System, samples: np.ndarray) -> list[Spin]:
+def driven_spins(system: System, samples: np.ndarray) -> list[Spin]:
     """Return the motion at the start of what drives move, of some samples of a block."""
     n = system.structure.state.coordinates
     values, motion, _ = _on_way(system, samples, 0.0, AT_START[1])
@@ -127,16 +133,16 @@ def _later(
         values.springs.rest[:] = rest
         signed = float(np.copysign(angle, spin.rate))
         z = balance.z.copy()
-        z[equations.q] = spin.centre + _rotated(z[equations.q] - spin.centre, signed)
+        z[equations.q] = spin.centre + _rotate(z[equations.q] - spin.centre, signed)
         z[state.angle : state.velocity] += signed
         yield Balance(Equations(system, values, 0), z, spin), signed
 
 
-def _rotated(q: np.ndarray, angle: float) -> np.ndarray:
-    return np.cos(angle) * q + np.sin(angle) * turned(q)
+def _rotate(q: np.ndarray, angle: float) -> np.ndarray:
+    return np.cos(angle) * q + np.sin(angle) * rotate_vectors(q)
 
 
-def _seen(linear: Linear, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _modal_matrices(linear: Linear, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return stiffness and damping as the modes see them."""
     adjoint = np.conj(vectors.T)
     return adjoint @ (linear.K + linear.L) @ vectors, adjoint @ linear.D @ vectors

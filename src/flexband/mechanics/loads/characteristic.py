@@ -55,7 +55,9 @@ class Characteristic:
     def __post_init__(self) -> None:
         force = check_finite("Characteristic force", self.force, rank=None)
         given = {"place": self.place, "speed": self.speed}
-        axes = {name: _increasing(name, axis) for name, axis in given.items() if axis is not None}
+        axes = {
+            name: _check_increasing(name, axis) for name, axis in given.items() if axis is not None
+        }
         if not axes:
             raise InputError("a Characteristic needs place, speed or both; got none of them")
         expected = tuple(map(len, axes.values()))
@@ -103,7 +105,7 @@ def read_table(p, at, x, v):
     return force, coefficient + places * speeds
 
 
-def _increasing(name: str, given: ArrayLike) -> np.ndarray:
+def _check_increasing(name: str, given: ArrayLike) -> np.ndarray:
     """Return places or speeds; raise `InputError` if they do not increase."""
     axis = check_finite(f"Characteristic {name}", given, rank=None)
     if axis.ndim != 1 or len(axis) < 2 or np.any(np.diff(axis) <= 0):

@@ -53,7 +53,7 @@ def compiled_law(law: Law, shape: LawShape, *, many: int = 200) -> CompiledLaw:
     """
     kept: list = [law]
     try:
-        key = law if shape.contact else _meaning(law, kept, ()), shape
+        key = law if shape.contact else _code_key(law, kept, ()), shape
         with _lock:
             if key not in _laws:
                 _laws[key] = _compile(law, shape, kept)
@@ -101,7 +101,7 @@ def _compile(law: Law, shape: LawShape, kept: list) -> CompiledLaw:
     if shape.contact:
         code = cfunc("void(intp)", error_model="numpy")(law)
         return CompiledLaw(cast(int, code.address), (code, *kept))
-    dispatcher, done = _checked(law, {}), []
+    dispatcher, done = _compile_with_checks(law, {}), []
     pairs = np.array(shape.lines, dtype=np.int64).reshape(-1, 3)
     report = _reporter(dispatcher, shape, pairs, done)
     code = cfunc(f"int64(float64{8 * ', CPointer(float64)'})", error_model="numpy")(
@@ -274,7 +274,7 @@ def _cells(function: FunctionType) -> Iterator[tuple]:
 
 
 @singledispatch
-def _meaning(value, kept: list, within: Functions) -> Hashable:
+def _code_key(value, kept: list, within: Functions) -> Hashable:
     """Return a key that is equal for functions of the same code that read the same values.
 
     `kept` collects objects that are known by their identity, `within` holds the functions around.
@@ -283,20 +283,20 @@ def _meaning(value, kept: list, within: Functions) -> Hashable:
     return id(value), ()
 
 
-@_meaning.register
+@_code_key.register
 def _(value: Dispatcher, kept: list, within: Functions) -> Hashable:
     options = repr(sorted(value.targetoptions.items(), key=lambda option: option[0]))
-    return "compiled", options, _meaning(value.py_func, kept, within)
+    return "compiled", options, _code_key(value.py_func, kept, within)
 
 
-@_meaning.register
+@_code_key.register
 def _(value: FunctionType, kept: list, within: Functions) -> Hashable:
     if any(value is outer for outer in within):
         raise InputError(f"a law must not call itself; {value.__qualname__} does")
     return value.__code__, _meanings(_read_by(value), kept, (*within, value))
 
 
-@_meaning.register
+@_code_key.register
 def _(value: ModuleType, kept: list, within: Functions) -> Hashable:
     parts = ()  # attributes of libraries do not change
     if value.__name__.partition(".")[0] not in ("numpy", "math", "cmath", "numba"):
@@ -305,24 +305,24 @@ def _(value: ModuleType, kept: list, within: Functions) -> Hashable:
     return ("module", value.__name__), _meanings(parts, kept, within)
 
 
-@_meaning.register
+@_code_key.register
 def _(value: np.ndarray, kept: list, within: Functions) -> Hashable:
     digest = sha256(value.tobytes()).digest()
     return (value.dtype.str, value.shape, value.strides, digest), ()
 
 
-@_meaning.register
+@_code_key.register
 def _(value: tuple | list, kept: list, within: Functions) -> Hashable:
     return type(value), _meanings(enumerate(value), kept, within)
 
 
-@_meaning.register(int | float | complex | str | np.generic | NoneType)
+@_code_key.register(int | float | complex | str | np.generic | NoneType)
 def _(value: complex | str | np.generic | None, kept: list, within: Functions) -> Hashable:
     return (type(value), repr(value)), ()
 
 
 def _meanings(parts: Iterable[tuple], kept: list, within: Functions) -> Hashable:
-    return tuple((name, _meaning(part, kept, within)) for name, part in parts)
+    return tuple((name, _code_key(part, kept, within)) for name, part in parts)
 
 
 def _read_by(function: FunctionType) -> tuple[tuple, ...]:
@@ -333,7 +333,7 @@ def _read_by(function: FunctionType) -> tuple[tuple, ...]:
     return *read, ("defaults", function.__defaults__ or ())
 
 
-def _checked(law, done: dict[int, Dispatcher]) -> Dispatcher:
+def _compile_with_checks(law, done: dict[int, Dispatcher]) -> Dispatcher:
     """Return a law compiled with checks of indices, as are all compiled functions that it calls."""
     if id(law) in done:
         return done[id(law)]
@@ -345,7 +345,7 @@ def _checked(law, done: dict[int, Dispatcher]) -> Dispatcher:
         raise TypeError("it is not a Python function")
 
     def replaced(value):
-        return _checked(value, done) if isinstance(value, Dispatcher) else value
+        return _compile_with_checks(value, done) if isinstance(value, Dispatcher) else value
 
     reads = _names(function.__code__) | {"__builtins__", "__name__"}
     known = {n: replaced(v) for n, v in function.__globals__.items() if n in reads}

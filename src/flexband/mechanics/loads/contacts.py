@@ -11,12 +11,12 @@ from flexband.arguments import frozen
 from flexband.errors import InputError, check_flag, check_instance, shown
 from flexband.mechanics.contact.contact_law import (
     PairContact,
+    angle_contact,
     check_law,
     checked_limits,
-    touching,
-    turning,
+    pair_contact,
 )
-from flexband.mechanics.contact.friction import Friction, as_coulomb, rubbing
+from flexband.mechanics.contact.friction import Friction, as_coulomb, friction_entry
 from flexband.mechanics.contact.geometry.circle_on_line import (
     gap_above_line,
     line_parameters,
@@ -125,9 +125,9 @@ class Contact(ContactLoad):
     def contacts(self, first: Frame, second: Frame) -> list[PairContact]:
         if self.geometry.second_must_be_rigid:
             straight(f"Contact of a {type(self.geometry).__name__}", second)
-        friction = rubbing(self.friction, partial(self.geometry.travel, first, second))
+        friction = friction_entry(self.friction, partial(self.geometry.travel, first, second))
         kernel, parameters = type(self.geometry).kernel, self.geometry.parameters
-        return [touching(kernel, self.law, *parameters, friction=friction)]
+        return [pair_contact(kernel, self.law, *parameters, friction=friction)]
 
 
 @frozen()
@@ -184,11 +184,11 @@ class Stop(ContactLoad):
         x, y = self.axis
         along = partial(travel_on_line, first, second, self.axis)
         return [
-            touching(
+            pair_contact(
                 gap_above_line,
                 self.law,
                 *line_parameters((-sign * x, -sign * y), height=-limit),
-                friction=rubbing(self.friction, partial(along, height=sign * limit)),
+                friction=friction_entry(self.friction, partial(along, height=sign * limit)),
             )
             for sign, limit in checked_limits("Stop", self.lower, self.upper)
         ]
@@ -228,4 +228,4 @@ class AngularStop(ContactLoad):
 
     def contacts(self, first: Frame, second: Frame) -> list[PairContact]:
         limits = checked_limits("AngularStop", self.lower, self.upper)
-        return [turning(self.law, sign, limit) for sign, limit in limits]
+        return [angle_contact(self.law, sign, limit) for sign, limit in limits]

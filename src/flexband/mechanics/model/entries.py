@@ -9,14 +9,16 @@ from flexband.mechanics.joints.joint import Joint
 from flexband.mechanics.loads.contacts import contact_entries
 from flexband.mechanics.loads.load import Entries, Load, LoadModel
 from flexband.mechanics.loads.springs import spring_entries
-from flexband.mechanics.model.parts import naming
+from flexband.mechanics.model.parts import name_errors
 
 
 def entries_of(
     joints: Mapping[str, Joint], loads: Mapping[str, Load], model: LoadModel
 ) -> dict[str, Entries]:
     """Return what each part enters, by its name."""
-    entries = {name: naming(f"load {name!r}", entered, load, model) for name, load in loads.items()}
+    entries = {
+        name: name_errors(f"load {name!r}", enter_load, load, model) for name, load in loads.items()
+    }
     for name, joint in joints.items():
         contacts, compliances = joint.contacts(model.frame), joint.compliances(model.frame)
         if name in entries and (contacts or compliances or entries[name].frictions):
@@ -25,14 +27,14 @@ def entries_of(
                 "contacts, springs or friction"
             )
         if compliances:
-            entries[name] = naming(f"joint {name!r}", spring_entries, compliances)
+            entries[name] = name_errors(f"joint {name!r}", spring_entries, compliances)
         if contacts:
             first, second = map(model.frame, joint.points)
             entries[name] = contact_entries(contacts, first, second, closed_at_start=False)
     return entries
 
 
-def entered(load: Load, model: LoadModel) -> Entries:
+def enter_load(load: Load, model: LoadModel) -> Entries:
     """Return what a load enters; raise `InputError` if that is something else than `Entries`."""
     entries = load.enters(model)
     check_instance("what it enters", entries, Entries, "Entries")

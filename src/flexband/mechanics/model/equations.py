@@ -25,7 +25,7 @@ from flexband.mechanics.kernels.laws.forces import AXES
 from flexband.mechanics.kernels.state import FRICTION_ROWS, rows_of_gaps
 from flexband.mechanics.model.frames import within
 from flexband.mechanics.model.part_rows import PartRows
-from flexband.mechanics.model.parts import naming
+from flexband.mechanics.model.parts import name_errors
 from flexband.mechanics.sensors.motion import ContactRows
 
 
@@ -83,7 +83,9 @@ class EquationForms(PartRows):
                 forces = [Form.variable(carried + k) for k in self._rows_of(name)]
             normal = friction.normal(forces)
             if friction.active:
-                normal = [(naming(f"joint {name!r}", self._activity, friction.active), Form({}))]
+                normal = [
+                    (name_errors(f"joint {name!r}", self._activity, friction.active), Form({}))
+                ]
             normals.append(normal)
         return normals
 

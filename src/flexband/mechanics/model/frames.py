@@ -16,7 +16,7 @@ from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.joints.joint import PointName, body_and_point
 from flexband.mechanics.kernels.forms import Form, Frame, GeneralizedForce, Vector
-from flexband.mechanics.model.parts import naming
+from flexband.mechanics.model.parts import name_errors
 from flexband.mechanics.model.turns import drawn_angle
 
 
@@ -93,7 +93,7 @@ class Frames:
     def given(self) -> list[np.ndarray]:
         """The guess [1, q] for the start, as the bodies state it."""
         coordinates = [
-            naming(f"body {name!r}", body.coordinates) for name, body in self.bodies.items()
+            name_errors(f"body {name!r}", body.coordinates) for name, body in self.bodies.items()
         ]
         return [np.ones(()), *itertools.chain.from_iterable(coordinates)]
 
@@ -107,7 +107,7 @@ class Frames:
         return {
             (self.first_coordinates[name] + i, self.first_coordinates[name] + j): value
             for name, body in self.bodies.items()
-            for (i, j), value in naming(f"body {name!r}", body.mass_entries).items()
+            for (i, j), value in name_errors(f"body {name!r}", body.mass_entries).items()
         }
 
     def weight(self, *components: ArrayLike) -> GeneralizedForce:

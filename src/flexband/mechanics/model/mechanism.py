@@ -28,7 +28,7 @@ from flexband.mechanics.model.parts import (
     check_entries,
     check_forms,
     check_outputs,
-    naming,
+    name_errors,
     owned_parts,
 )
 from flexband.mechanics.sensors.motion import Sensor
@@ -72,7 +72,7 @@ class Mechanism:
         if not self.bodies:
             raise InputError("a Mechanism needs at least one body; got none")
         for name, body in self.bodies.items():
-            naming(f"body {name!r}", check_body, body)
+            name_errors(f"body {name!r}", check_body, body)
         object.__setattr__(self, "bodies", Fixed(self._divided()))
         for name, body in self.bodies.items():
             if body.dimension != self.model.dimension:
@@ -87,15 +87,15 @@ class Mechanism:
             within("body", name, self.bodies)
             check_finite(f"branches[{name!r}] [rad]", angle)
         for name, joint in self.joints.items():
-            naming(f"joint {name!r}", self._check_joint, joint)
+            name_errors(f"joint {name!r}", self._check_joint, joint)
         model = self.model
         for name in self.loads:
-            naming(f"load {name!r}", check_entries, model.entries[name], model.state)
+            name_errors(f"load {name!r}", check_entries, model.entries[name], model.state)
             model.forces(name)
         check_outputs(model.outputs)
         for name, sensor in self.sensors.items():
-            rows, count = naming(f"sensor {name!r}", sensor.rows, model), len(model.watched)
-            naming(f"sensor {name!r}", check_forms, "rows", rows, model.state.rows + count)
+            rows, count = name_errors(f"sensor {name!r}", sensor.rows, model), len(model.watched)
+            name_errors(f"sensor {name!r}", check_forms, "rows", rows, model.state.rows + count)
 
     def _divided(self) -> dict[str, Body]:
         """Return the bodies, divided where joints and loads act."""
@@ -149,7 +149,7 @@ class Mechanism:
         """
         check_integer("parts", parts, 1)
         finer = {
-            name: naming(f"body {name!r}", body.refined, parts)
+            name: name_errors(f"body {name!r}", body.refined, parts)
             for name, body in self.bodies.items()
         }
         if all(finer[name] is body for name, body in self.bodies.items()):

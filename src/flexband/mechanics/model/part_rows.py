@@ -13,7 +13,7 @@ from flexband.errors import InputError
 from flexband.mechanics.bodies.body import Body
 from flexband.mechanics.contact.friction import FrictionEntry
 from flexband.mechanics.joints.joint import Joint, PointName
-from flexband.mechanics.joints.placement import placed
+from flexband.mechanics.joints.placement import place_bodies
 from flexband.mechanics.kernels.forms import Form, moves
 from flexband.mechanics.kernels.laws.forces import AXES
 from flexband.mechanics.kernels.state import State
@@ -87,7 +87,7 @@ class PartRows(Frames):
         """The guess with each body at its angle, moved to where the joints meet if possible."""
         bodies = [vectors[:, 0].tolist() for vectors in self.node_vectors.values()]
         joints = [joint for joint in self.joints.values() if not joint.holds_start]
-        return placed(
+        return place_bodies(
             self.given, bodies, [row for joint in joints for row in joint.constraints(self.frame)]
         )
 

@@ -40,13 +40,13 @@ def owned_parts(kinds: str, kind: str, base: type, parts: Mapping[str, Part]) ->
             allowed = "non-empty text" + (" without a dot" if kind == "body" else "")
             raise InputError(f"the name of a {kind} must be {allowed}; got {shown(name)}")
         check_implements(f"{kinds}[{name!r}]", part, base, f"a {kind}")
-        copies[name] = _owned(part)
+        copies[name] = _copy_data(part)
         if type(part).__module__.startswith("flexband."):  # checked as it is now
-            copies[name] = naming(f"{kind} {name!r}", replace, copies[name])
+            copies[name] = name_errors(f"{kind} {name!r}", replace, copies[name])
     return Fixed(copies)
 
 
-def _owned(value):
+def _copy_data(value):
     """Return a copy of data and of the data in it; functions and other objects are kept."""
     if type(value) in (float, int, str, bool, type(None), type):  # most are
         return value
@@ -55,18 +55,18 @@ def _owned(value):
         duplicate.flags.writeable = False
         return duplicate
     if isinstance(value, Mapping):
-        return Fixed({key: _owned(element) for key, element in value.items()})
+        return Fixed({key: _copy_data(element) for key, element in value.items()})
     if type(value) in (list, tuple):
-        return tuple(map(_owned, value))
+        return tuple(map(_copy_data, value))
     if is_dataclass(value) and not isinstance(value, type):
         duplicate = copy.copy(value)
         for field in fields(value):
-            object.__setattr__(duplicate, field.name, _owned(getattr(value, field.name)))
+            object.__setattr__(duplicate, field.name, _copy_data(getattr(value, field.name)))
         return duplicate
     return copy.deepcopy(value) if isinstance(value, _WithNumbers) else value
 
 
-def naming(
+def name_errors(
     place: str,
     action: Callable[Arguments, Result],
     *arguments: Arguments.args,

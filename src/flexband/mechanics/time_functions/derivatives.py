@@ -39,14 +39,14 @@ def _differences(values: np.ndarray, apart: int) -> np.ndarray:
     places = 2 * np.arange(count)
     inner = (places >= 2 * apart) & (places <= last - 2 * apart)
     centre = [np.roll(values, -k * apart, axis=0)[places[inner]] for k in range(-2, 3)]
-    differences[inner] = _weighted(_weights(5, np.array([2.0])), centre)
+    differences[inner] = _weighted_sum(_weights(5, np.array([2.0])), centre)
     first = np.clip(places[~inner] - 3 * apart, 0, last - 6 * apart)
     around = [values[first + k * apart] for k in range(7)]
-    differences[~inner] = _weighted(_weights(7, (places[~inner] - first) / apart), around)
+    differences[~inner] = _weighted_sum(_weights(7, (places[~inner] - first) / apart), around)
     return differences
 
 
-def _weighted(weights: np.ndarray, values: Sequence[np.ndarray]) -> np.ndarray:
+def _weighted_sum(weights: np.ndarray, values: Sequence[np.ndarray]) -> np.ndarray:
     """Return Σ_k weights (places, 2, k) × values (places, n) in the order of k, as no `einsum`."""
     total = weights[:, :, 0, None] * values[0][:, None]
     for k, value in enumerate(values[1:], start=1):

@@ -93,9 +93,9 @@ class PolynomialFit:
         columns = np.repeat(column % function.columns, len(places))
         f = function.points(moments.ravel(), columns).reshape(moments.shape)
         inverse = np.linalg.inv(np.vander(nodes, increasing=True))
-        c = np.stack([_summed(weights, f.T[: degree + 1]) for weights in inverse])
+        c = np.stack([_weighted_sum(weights, f.T[: degree + 1]) for weights in inverse])
         powers = np.vander(checks, COEFFICIENTS, increasing=True)
-        fitted = np.stack([_summed(weights, c) for weights in powers])
+        fitted = np.stack([_weighted_sum(weights, c) for weights in powers])
         error = np.abs(fitted - f[:, degree + 1 :].T).max(axis=0)
         lowest, highest = np.full((2, width), [[np.inf], [-np.inf]])
         np.minimum.at(lowest, column, f.min(axis=1))
@@ -147,7 +147,7 @@ def held(
     return c
 
 
-def _summed(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
+def _weighted_sum(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return Σ weights_k values_k in the order of k, which products of matrices do not keep."""
     total = weights[0] * values[0]
     for weight, value in zip(weights[1:], values[1:], strict=True):

@@ -70,7 +70,7 @@ class Slowed:
         return np.asarray(self.function(self.pace.integral(time)))  # pyright: ignore
 
 
-def slowed(functions: Sequence[TimeFunction], duration: float) -> list[TimeFunction]:
+def slow_functions(functions: Sequence[TimeFunction], duration: float) -> list[TimeFunction]:
     """Return functions that start at rest and lag by half the duration [s] in the end."""
     pace = ramp(1.0, duration)
 

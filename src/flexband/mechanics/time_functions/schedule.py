@@ -78,7 +78,7 @@ class Schedule:
             first[:, 3] = 0.5 * (rows[places - 1, 3] + rows[places, 3])
             first[:, 4] = 0.0
             runs.append(np.insert(rows, places, first, axis=0))
-        return _padded(runs, times)
+        return _pad_rounds(runs, times)
 
     @property
     def _rows(self) -> list[np.ndarray]:
@@ -92,7 +92,7 @@ class Schedule:
         return Schedule(*(array[:, samples] for array in vars(self).values()))
 
 
-def scheduled(times: np.ndarray, samples: int, breaks: Sequence[Breaks]) -> Schedule:
+def schedule_rounds(times: np.ndarray, samples: int, breaks: Sequence[Breaks]) -> Schedule:
     """Return the rounds of a run with the breakpoints of its functions, over equidistant times."""
     counts = [len(function_breaks.points.column) for function_breaks in breaks]
     if not sum(counts):
@@ -106,10 +106,10 @@ def scheduled(times: np.ndarray, samples: int, breaks: Sequence[Breaks]) -> Sche
     for sample in range(1 if common.all() else samples):
         chosen = common | (column == sample)
         runs.append(_rounds(times, before[chosen], after[chosen], impulsive[chosen]))
-    return _padded(runs, times)
+    return _pad_rounds(runs, times)
 
 
-def _padded(runs: Sequence[np.ndarray], times: np.ndarray) -> Schedule:
+def _pad_rounds(runs: Sequence[np.ndarray], times: np.ndarray) -> Schedule:
     """Return the rounds of samples with different numbers of rounds, from those of each."""
     most = max(len(rows) for rows in runs)
     count, end = len(times) - 1, (RESTART, len(times) - 1, times[-1], times[-1], 0.0)

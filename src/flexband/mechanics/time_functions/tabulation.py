@@ -22,7 +22,7 @@ from flexband.mechanics.time_functions.schedule import (
     SHORTEST_PART,
     Breaks,
     Schedule,
-    scheduled,
+    schedule_rounds,
 )
 from flexband.prescribed_motion import prescribing
 
@@ -81,7 +81,7 @@ def tabulate(
                 ResolutionWarning,
             )
     breaks = [function.breaks for function in series if function.breaks]
-    schedule = scheduled(times, samples, breaks)
+    schedule = schedule_rounds(times, samples, breaks)
     polynomials = None
     if tolerance is not None:
         schedule, polynomials = PolynomialFit().fitted(series, schedule, times, tolerance)

@@ -8,7 +8,11 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from flexband.errors import AssemblyError, warn
-from flexband.mechanics.configuration import Configuration, assembled, given
+from flexband.mechanics.configuration import (
+    Configuration,
+    assembled_configuration,
+    given_configuration,
+)
 from flexband.mechanics.model.mechanism import Mechanism
 from flexband.report.drawing.canvas import Canvas, Surface
 from flexband.report.drawing.words import write
@@ -67,7 +71,7 @@ def draw_on(
 
 def _start(mechanism: Mechanism, sample: int) -> Configuration:
     try:
-        return assembled(mechanism, sample)
+        return assembled_configuration(mechanism, sample)
     except AssemblyError as error:
         warn(f"the bodies are drawn as they are given, since they cannot be assembled: {error}")
-        return given(mechanism, sample)
+        return given_configuration(mechanism, sample)

@@ -131,13 +131,13 @@ def inputs_and_response(
     if not names:
         raise InputError(f"table must have an output besides {', '.join(known)}")
     if any(isinstance(columns[name], xr.DataArray) for name in names):
-        return known, _joined([columns[name] for name in names], names)
+        return known, _join_variables([columns[name] for name in names], names)
     if time is not None:
         return _of_times(known, {name: columns[name] for name in names}, np.asarray(columns[time]))
     return known, _wide({name: columns[name] for name in names})
 
 
-def _joined(variables: Sequence[xr.DataArray], names: Sequence[str]) -> xr.DataArray:
+def _join_variables(variables: Sequence[xr.DataArray], names: Sequence[str]) -> xr.DataArray:
     """Return variables of a Dataset as one response."""
     renamed = [
         each.rename({str(each.dims[0]): "sample"}).reset_coords(drop=True) for each in variables

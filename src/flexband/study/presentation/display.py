@@ -123,7 +123,7 @@ class Display:
             dim = OF_INPUTS.get(str(name), "input")
             if variable.dtype.kind == "f" and dim in variable.dims and dim in data.coords:
                 factors = [self.scale(str(k)) for k in data[dim].values]
-                new[name] = _scaled(variable, xr.DataArray(factors, dims=dim))
+                new[name] = _scale_variable(variable, xr.DataArray(factors, dims=dim))
         if "tolerance" in data and "name" in data["tolerance"].dims:
             units = [self.input_units().get(str(k), "") for k in data["name"].values]
             data = data.assign_coords(tolerance_unit=("name", units))
@@ -141,7 +141,7 @@ class Display:
         scale = xr.DataArray(1 / factor(_label(str(names[0])), unit, known))
         lengths = {k: v for k, v in data.data_vars.items() if unit_of_variable(v) == known}
         lengths |= {k: data[k] for k in ("expected_error",) if k in data}
-        new = {k: _scaled(v, scale).assign_attrs(units=unit) for k, v in lengths.items()}
+        new = {k: _scale_variable(v, scale).assign_attrs(units=unit) for k, v in lengths.items()}
         return data.assign(new)
 
     def _outputs(self, data: xr.Dataset) -> xr.Dataset:
@@ -162,7 +162,7 @@ class Display:
             shown_levels[new] = max(shown_levels.get(new, 0.0), levels.get(unit, 0.0) * s)
         of_shares = {"distribution", "total"} & set(data)
         scaled = {
-            name: _scaled(variable, scale)
+            name: _scale_variable(variable, scale)
             for name, variable in data.data_vars.items()
             if _is_of_outputs(str(name), variable)
             and set(dims) <= set(variable.dims)
@@ -170,7 +170,7 @@ class Display:
         }
         if "stated_unit" in data:  # that of the output where a requirement states none
             stated = data["stated_unit"] != ""
-            in_new_units = _scaled(data["stated_scale"], scale)
+            in_new_units = _scale_variable(data["stated_scale"], scale)
             scaled["stated_scale"] = data["stated_scale"].where(~stated, in_new_units)
         for variable in scaled.values():
             if "units" in variable.attrs:
@@ -195,7 +195,7 @@ def _is_of_outputs(name: str, variable: xr.DataArray) -> bool:
     )
 
 
-def _scaled(variable: xr.DataArray, scale: xr.DataArray) -> xr.DataArray:
+def _scale_variable(variable: xr.DataArray, scale: xr.DataArray) -> xr.DataArray:
     """Return a variable times a factor, with its dims and attributes."""
     values = (variable.variable * scale.variable).transpose(*variable.dims).values
     return variable.copy(data=values)

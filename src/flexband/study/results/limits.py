@@ -45,7 +45,7 @@ def has_probability(surrogate: AnySurrogate) -> bool:
     )
 
 
-def _decided(
+def _deciding_arguments(
     limits: Sequence[Requirement], criterion: type, judge: Mapping[str, Any] | None
 ) -> dict[str, Any]:
     """Return the arguments of probabilities of which runs decide about those with a criterion."""
@@ -84,10 +84,10 @@ def check_limits_in(
     if written:
         try_write(lambda: write_netcdf(margins, answer_file(folder, "limits")))
     if production is None and has_probability(surrogate):
-        by_runs = _decided(limits, Probability, judge)
+        by_runs = _deciding_arguments(limits, Probability, judge)
         probability = limit_probabilities(surrogate, limits, **options, **by_runs)
     if scatter and production is None:
-        by_runs = _decided(limits, ShareOfParts, judge)
+        by_runs = _deciding_arguments(limits, ShareOfParts, judge)
         production = production_of(surrogate, limits, scatter, **options, **by_runs)
     for name, answer in (("probability", probability), ("yield", production)):
         file = answer_file(folder, name)

@@ -30,7 +30,7 @@ def write_netcdf(dataset: xr.Dataset, file: Path) -> None:
     Numbers and attributes that the format does not have become floats and texts. The
     checksum of the file, which `read_netcdf` checks, stands behind what other programs read.
     """
-    variables = {name: _stored(variable) for name, variable in dataset.variables.items()}
+    variables = {name: _storable_variable(variable) for name, variable in dataset.variables.items()}
     attributes = {**dataset.attrs, "numbering": np.array(NUMBERING)}
     stored = xr.Dataset(variables, attrs=_attributes(attributes)).set_coords(dataset.coords)
     with replaced(file) as partial_file:  # `to_netcdf` would import all of Dask first
@@ -42,7 +42,7 @@ def write_netcdf(dataset: xr.Dataset, file: Path) -> None:
             opened.write(SEAL + digits)
 
 
-def _stored(variable: xr.Variable) -> xr.Variable:
+def _storable_variable(variable: xr.Variable) -> xr.Variable:
     """Return a variable of a kind of numbers or texts that the format has."""
     kind, values = variable.dtype.kind, variable.values
     if kind == "O":

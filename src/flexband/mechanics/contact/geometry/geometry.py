@@ -14,13 +14,13 @@ from flexband.mechanics.kernels.forms import (
     Form,
     Frame,
     Vector,
+    constant_vector,
     cross,
     dot,
-    fixed,
     subtract,
 )
 
-NO_LEVER = fixed((0.0, 0.0))
+NO_LEVER = constant_vector((0.0, 0.0))
 
 
 class Action(NamedTuple):

@@ -111,7 +111,7 @@ def error_of_step(structure, method, values, work, ratio):
 
 
 @compiled
-def extrapolated(error, cubed, before, chosen):
+def extrapolate_error(error, cubed, before, chosen):
     """Return the error of the next step of the same length, that of this one unless `chosen`.
 
     `cubed` is the error over the third power of the step, and `before` the same of the step before,

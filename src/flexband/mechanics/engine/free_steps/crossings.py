@@ -41,7 +41,7 @@ def _tolerance(structure, values, limits, z, k):
 
 
 @compiled
-def crossing(structure, values, limits, before, z, step):
+def first_crossing(structure, values, limits, before, z, step):
     """Find the first gap that changes its sign in a step, where it does not so just at its end.
 
     Returns the mask of the lanes that have one, and to which part of the step they should go.

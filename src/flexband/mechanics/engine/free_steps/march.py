@@ -17,11 +17,11 @@ from flexband.mechanics.engine.free_steps.contact_scale import (
 from flexband.mechanics.engine.free_steps.control import (
     CONTROL,
     error_of_step,
-    extrapolated,
+    extrapolate_error,
     length_ratio,
     shift_accelerations,
 )
-from flexband.mechanics.engine.free_steps.crossings import crossing, longest_in_contact
+from flexband.mechanics.engine.free_steps.crossings import first_crossing, longest_in_contact
 from flexband.mechanics.engine.free_steps.events import begin_modes, end_impacts, switch
 from flexband.mechanics.engine.free_steps.impacts import strike_by_drive
 from flexband.mechanics.engine.free_steps.jamming import find_jams
@@ -186,7 +186,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
         of_states = where(less(step, 1.0001 * smallest), none, of_states)
         error = maximum(error, of_states / limits.tolerance)
     good = where(failed, none, less(error, filled(1.0)))
-    early, event = crossing(structure, values, limits, work.before, z, step)
+    early, event = first_crossing(structure, values, limits, work.before, z, step)
     short = less((1.0 - event) * step, smallest)
     early = where(good, where(short, none, early), none)
     accepted = where(stepping, where(early, none, good), none)
@@ -199,7 +199,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
 
     planned = load(work.steps, 0)
     cubed, before = error / (step * step * step), load(work.steps, 3)
-    expected = extrapolated(error, cubed, before, where(closed, accepted, none))
+    expected = extrapolate_error(error, cubed, before, where(closed, accepted, none))
     next_step = next_length(expected, closed, failed, early, event, step)
     limited = where(closed, less(next_step, 0.99 * CONTROL.longest * step), none)
     cut = where(accepted, less(step, planned), none)  # by the round's end or a contact's depth

@@ -17,12 +17,12 @@ def slow_steps(system: System, work: WorkSpace) -> str:
     if not taken.any():
         return ""
     lane = int(np.where(taken, lengths, np.inf).argmin())
-    return f"steps of {lengths[lane]:.2g} s follow {_followed(system, work, lane)}"
+    return f"steps of {lengths[lane]:.2g} s follow {_step_causes(system, work, lane)}"
 
 
-def _followed(system: System, work: WorkSpace, lane: int, *, events: float = 2.0) -> str:
+def _step_causes(system: System, work: WorkSpace, lane: int, *, events: float = 2.0) -> str:
     """Return what the steps of a lane follow; more `events` without a long step are named."""
-    limit, closed = int(work.counts[3, lane]), _closed(system, work.z[:, lane])
+    limit, closed = int(work.counts[3, lane]), _closed_contacts(system, work.z[:, lane])
     touching = " and ".join(map(repr, dict.fromkeys(closed)))
     if work.steps[2, lane] > events:
         return "events that are close together, as of contacts that bounce or of stick and slip"
@@ -37,7 +37,7 @@ def _followed(system: System, work: WorkSpace, lane: int, *, events: float = 2.0
     return "fast motions"
 
 
-def _closed(system: System, z: np.ndarray) -> list[str]:
+def _closed_contacts(system: System, z: np.ndarray) -> list[str]:
     """Return the parts whose contacts are closed."""
     rows = rows_of_gaps.py_func(system.structure.state)
     modes = z[rows.mode :][: rows.number]

@@ -32,7 +32,7 @@ from flexband.mechanics.kernels.elements.centre_line import (
     line_resultants,
     middle,
     middle_row,
-    stiffened,
+    scale_stiffness,
     stretch,
     sum_products,
 )
@@ -233,7 +233,7 @@ def add_beam_tangent(beams, values, z, velocity, weight, rate, matrix, blocks):
         if beams.damped[e]:
             factor = 1.0 + rate * load(values.retardation, 2 * e)
             bending = 1.0 + rate * load(values.retardation, 2 * e + 1)
-            c = stiffened(c[0:9], factor, bending) + times(factor, c[9:14])
+            c = scale_stiffness(c[0:9], factor, bending) + times(factor, c[9:14])
         sheared, M = _by_shear(forces, element), forces[3]
         _sum_tangent(c, forces, sheared, node_i, node_j, element, blocks)
         add_line_tangent(slot, 2, 6, 8, il, weight, blocks, matrix)
@@ -254,11 +254,11 @@ def _add_section(slot, side, il, weight, moment, N, Q, b, stiffness, node, block
     """
     _, d, _, _, _, f, along, across = node[0:8]
     column = 4 + 6 * side
-    u = _turned(0, side, f, blocks)
+    u = _rotate_block(0, side, f, blocks)
     add_block(matrix, slot, 0, column, -weight * il, u)
     add_block(matrix, slot, 6, column, weight * il, u)
-    add_block(matrix, slot, 2, column, weight, _turned(1, side, f, blocks))
-    add_block(matrix, slot, 8, column, weight, _turned(2, side, f, blocks))
+    add_block(matrix, slot, 2, column, weight, _rotate_block(1, side, f, blocks))
+    add_block(matrix, slot, 8, column, weight, _rotate_block(2, side, f, blocks))
     by_angle = moment + N * across - Q * along
     twice = load(blocks, SUM + (VARIABLES + 1) * (6 + side))
     skew = 2.0 * by_angle * f[0] * f[1]
@@ -269,7 +269,7 @@ def _add_section(slot, side, il, weight, moment, N, Q, b, stiffness, node, block
 
 
 @compiled
-def _turned(a, side, f, blocks):
+def _rotate_block(a, side, f, blocks):
     """Return the block of vector a of u, g_i and g_j and of d from that of a and φ."""
     first = SUM + 2 * VARIABLES * a + 6 + side
     x, y = load(blocks, first), load(blocks, first + VARIABLES)

@@ -21,7 +21,7 @@ from flexband.mechanics.kernels.elements.centre_line import (
     line_resultants,
     middle,
     middle_row,
-    stiffened,
+    scale_stiffness,
     stretch,
     sum_products,
 )
@@ -128,7 +128,7 @@ def add_cable_tangent(cables, values, z, velocity, weight, rate, matrix, blocks)
         forces, c = _resultants(cables, values, z, velocity, e, il, element)
         if cables.damped[e]:
             axial = 1.0 + rate * load(values.retardation, 2 * e)
-            c = stiffened(c, axial, 1.0 + rate * load(values.retardation, 2 * e + 1))
+            c = scale_stiffness(c, axial, 1.0 + rate * load(values.retardation, 2 * e + 1))
         _sum_tangent(c, forces, element, blocks)
         add_line_tangent(cables.slot[e], 2, 4, 6, il, weight, blocks, matrix)
 

@@ -183,7 +183,7 @@ def add_to_sum(a, b, block, blocks):
 
 
 @compiled
-def stiffened(c, axial, bending):
+def scale_stiffness(c, axial, bending):
     """Return the nine stiffness numbers times two factors; α, β and ρ are without a unit."""
     a, b = times(axial, c), times(bending, c)
     return a[0:1] + c[1:3] + a[3:6] + b[6:7] + c[7:8] + b[8:9]

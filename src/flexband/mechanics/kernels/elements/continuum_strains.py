@@ -90,9 +90,9 @@ def hessian(c, forces, section):
     c00, c02, c22, c11, c0b, c2b, cbb, s0, s1 = c
     p, w, d = section
     N0, N1, N2, Nb, Q0, Q1 = forces
-    pp, pw = _symmetric(N0, c00, p, c11, w, s0, d), _mixed(N1, c02, c11, p, w)
-    pd, ww = _mixed(Q0, c0b, s0, p, d), _symmetric(N2, c22, w, c11, p, s1, d)
-    wd, dd = _mixed(Q1, c2b, s1, w, d), _symmetric(Nb, cbb, d, s0, p, s1, w)
+    pp, pw = _symmetric(N0, c00, p, c11, w, s0, d), _mix(N1, c02, c11, p, w)
+    pd, ww = _mix(Q0, c0b, s0, p, d), _symmetric(N2, c22, w, c11, p, s1, d)
+    wd, dd = _mix(Q1, c2b, s1, w, d), _symmetric(Nb, cbb, d, s0, p, s1, w)
     return pp + pw + pd + ww + wd + dd
 
 
@@ -107,7 +107,7 @@ def _symmetric(force, ca, a, cb, b, cc, c):
 
 
 @compiled
-def _mixed(force, ab, ba, a, b):
+def _mix(force, ab, ba, a, b):
     """Return force I + ab a bᵀ + ba b aᵀ as xx, xy, yx, yy."""
     return (
         force + (ab + ba) * a[0] * b[0],

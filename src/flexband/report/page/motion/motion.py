@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexband.errors import RunError, without_warnings
-from flexband.mechanics.configuration import assembled
+from flexband.mechanics.configuration import assembled_configuration
 from flexband.mechanics.response import DynamicResponse
-from flexband.mechanics.simulate import TimeGrid, simulated
+from flexband.mechanics.simulate import TimeGrid, simulate_system
 from flexband.mechanics.static_response import StaticResponse
 from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.page.motion.record import force_arrows, recorded, traces_of
@@ -69,7 +69,7 @@ def _of_mechanism(
         mechanism = response.builder(**space.arguments_at(*_points(space, samples)))
         if response.element_parts > 1:
             mechanism = mechanism.refined(response.element_parts)
-        scene, tracks = Scene(mechanism, assembled(mechanism)), Tracks(mechanism)
+        scene, tracks = Scene(mechanism, assembled_configuration(mechanism)), Tracks(mechanism)
         sketch = sketch_mechanism(scene, tracks)
         forces, traces = force_arrows(mechanism, tracks), traces_of(mechanism, tracks)
         times, outputs = _recorded(response, replace(mechanism, sensors=tracks.sensors))
@@ -130,7 +130,7 @@ def _recorded(
     every = -(-outputs // frames)
     between = every * response.output_step
     try:
-        motion, _ = simulated(
+        motion, _ = simulate_system(
             mechanism,
             TimeGrid(outputs // every * between, between, every * response.step_parts),
             start=response.start,

@@ -223,7 +223,7 @@ def main() -> None:
         constants="such as looser=2,near=0.05",
         families=(",".join(FAMILIES), "of the cases"),
     )
-    defaults = confirmation.confirmed.__kwdefaults__
+    defaults = confirmation.confirm_tolerances.__kwdefaults__
     for text in filter(None, chosen.constants.split(",")):
         name, value = text.split("=")
         kind = type(getattr(defaults["options"], name))

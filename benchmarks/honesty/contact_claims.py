@@ -47,7 +47,7 @@ from benchmarks.honesty.rates import (
     too_small,
 )
 from benchmarks.honesty.references import grid
-from flexband.uncertainty.surrogates.diagnostics import unseen
+from flexband.uncertainty.surrogates.diagnostics import unseen_share
 
 TIMES, FINER = 40, 32
 """Number of steps between output times, and into how many parts references divide these."""
@@ -321,7 +321,7 @@ def _share(reference: Reference, o: int, found: xr.Dataset) -> dict[str, float]:
     """Return the share of parts whose count differs from the bands at any time, and the stated."""
     count = found["error_bar"].isel(output=o, bound=0).values
     differ = (np.abs(reference.runs[:, :, o] - count) > 0.5).any(axis=-1)
-    stated = unseen(found.attrs["runs_fitted"] + found.attrs["runs_checked"])
+    stated = unseen_share(found.attrs["runs_fitted"] + found.attrs["runs_checked"])
     return {"true": float((differ * reference.weights).sum(axis=1).mean()), "stated": stated}
 
 

@@ -6,7 +6,7 @@ from importlib import resources
 import numpy as np
 import pytest
 
-from flexband.report.page.arrays import packed
+from flexband.report.page.arrays import pack
 
 SCRIPT = resources.files("flexband.report.page").joinpath("assets/arrays.js").read_text()
 
@@ -14,7 +14,7 @@ SCRIPT = resources.files("flexband.report.page").joinpath("assets/arrays.js").re
 @pytest.mark.parametrize(("quantum", "size"), [(None, 8), (1e-3, 2), (1e-8, 4), (1e-12, 8)])
 def test_arrays_are_read_as_they_were_packed(opened, tmp_path, quantum, size):
     values = np.random.default_rng(0).normal(size=(3, 4, 5))
-    record = packed(values, quantum)
+    record = pack(values, quantum)
     assert record["bytes"] == size
     file = tmp_path / "page.html"
     file.write_text(f"<!doctype html><script>{SCRIPT}</script>", encoding="utf-8")
@@ -29,5 +29,5 @@ def test_arrays_are_read_as_they_were_packed(opened, tmp_path, quantum, size):
 
 
 def test_numbers_that_no_multiple_can_be_keep_all_digits():
-    assert packed([np.nan, 1.0], 1e-3)["bytes"] == packed([1e300], 1e-3)["bytes"] == 8
-    assert packed(np.zeros((0, 3)))["shape"] == [0, 3]
+    assert pack([np.nan, 1.0], 1e-3)["bytes"] == pack([1e300], 1e-3)["bytes"] == 8
+    assert pack(np.zeros((0, 3)))["shape"] == [0, 3]

@@ -27,7 +27,7 @@ from flexband.analysis.sampled import (
 )
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.errors import InputError, check_fraction, check_function, check_integer, shown
-from flexband.uncertainty.expansions.bounds.scan import scattered
+from flexband.uncertainty.expansions.bounds.scan import scatter_points
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -234,7 +234,7 @@ class _Derivation:
         ]
         points, beside = max(scans, key=lambda scan: len(scan[0]))
         if len(points) > options.max_points:
-            points, beside = scattered(options.max_points, np.full(m, True))
+            points, beside = scatter_points(options.max_points, np.full(m, True))
         points = np.round(points * self.lattice) / self.lattice
         numbers_of_one = max(1, math.prod(surrogate.labels.shape[1:]))
         few = options.max_values / (numbers_of_one * (len(points) + 40 * (m + 1)))

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.selection import AnySurrogate, Labels, selected, surrogates_of
+from flexband.analysis.selection import AnySurrogate, Labels, select_places, surrogates_of
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
@@ -24,7 +24,7 @@ def over_intervals(
     variable without this dim, which has an upper bound only.
     """
     cases = surrogates_of(surrogate)
-    chosen = {label: selected(case, at) for label, case in cases.items()}
+    chosen = {label: select_places(case, at) for label, case in cases.items()}
     return over_options({label: functional(case) for label, case in chosen.items()}, highest)
 
 

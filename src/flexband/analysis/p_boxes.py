@@ -14,7 +14,7 @@ from flexband.analysis.intervals import over_options
 from flexband.analysis.quantile_bounds import (
     MAX_SAMPLES,
     probability_below,
-    searched,
+    search_quantiles,
     sorted_quantiles,
 )
 from flexband.analysis.results import Variables, answer, check_free, expected_error, places
@@ -25,7 +25,7 @@ from flexband.analysis.sampled import (
     samples_of,
     sampling_attrs,
 )
-from flexband.analysis.selection import AnySurrogate, Labels, selected, surrogates_of
+from flexband.analysis.selection import AnySurrogate, Labels, select_places, surrogates_of
 from flexband.errors import InputError, check_finite, check_instance, check_integer
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -89,7 +89,7 @@ def p_box(
     dim = next(iter(surrogates.values())).time or "time"
     where |= {k: v for k, v in (("output", output), (dim, time)) if v is not None}
     envelopes = {
-        label: _Envelope.from_surrogate(selected(case_surrogate, where), samples, seed)
+        label: _Envelope.from_surrogate(select_places(case_surrogate, where), samples, seed)
         for label, case_surrogate in surrogates.items()
     }
     if values is None:
@@ -131,7 +131,7 @@ class _Envelope:
         psi, m = series.basis(xi), space.interval_dimension
         eta = np.zeros((2, len(p), 1, 0))
         if m:
-            eta = searched(series, xi, space.families, p, seed)
+            eta = search_quantiles(series, xi, space.families, p, seed)
         flat = eta.reshape(2 * len(p), m)
         sampled = series.values(psi, flat, np.zeros(len(flat), dtype=int))
         levels = np.tile(np.arange(len(p)), 2)

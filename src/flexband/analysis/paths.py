@@ -14,13 +14,13 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.intervals import over_intervals
-from flexband.analysis.quantities import chosen
+from flexband.analysis.quantities import output_of
 from flexband.analysis.results import AnswerRecord, answer, check_free, expected_error, places
 from flexband.analysis.selection import AnySurrogate, Labels
 from flexband.analysis.value_ranges import checked_probability, range_of
 from flexband.errors import InputError, check_instance, check_integer
 from flexband.uncertainty.expansions.expansion import extremes_of
-from flexband.uncertainty.phases.combination import combined
+from flexband.uncertainty.phases.combination import combine
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -110,7 +110,7 @@ def _supports(
     """Return the support function and the path, for one combination of options."""
     labels, space = surrogate.labels, surrogate.space
     check_free(labels, *LONG_NAMES, "vertex", "input")
-    pair = [chosen(labels, name) for name in outputs]
+    pair = [output_of(labels, name) for name in outputs]
     if labels.dims[1:-1] != ("output",):
         raise InputError(
             "path requires a response with the dims output and, last, time or another one; at may "
@@ -124,7 +124,7 @@ def _supports(
         weights[:, number] += factor
     frame = _frame(pair, len(half))
     alone = xr.Dataset(attrs=surrogate.diagnostics.attrs)
-    projected = Surrogate(space, frame, (combined(surrogate.expansions, weights),), alone)
+    projected = Surrogate(space, frame, (combine(surrogate.expansions, weights),), alone)
     dims, deviations = ("direction", frame.dims[2]), sigmas
     if probability is None:
         low, high = extremes_of(projected.expansions, sigmas=sigmas, of=(-1.0, 1.0))

@@ -157,7 +157,7 @@ def _quantiles(surrogate: Surrogate, p: np.ndarray, samples: int, seed: int) -> 
         for series in SampledSeries.of_outputs(expansion):
             out = slice(None), slice(None), series.output
             if m:
-                eta[out] = searched(series, xi, space.families, p, seed)
+                eta[out] = search_quantiles(series, xi, space.families, p, seed)
             values[out], errors[out] = _values(series, series.basis(xi), p, eta[out])
     dims = ("bound", "probability", *labels.dims[1:])
     whole_shape = (2, len(p), *labels.shape[1:])
@@ -182,7 +182,7 @@ LONG_NAMES = {
 }
 
 
-def searched(
+def search_quantiles(
     series: SampledSeries,
     xi: np.ndarray,
     families: Sequence[Family],
@@ -249,7 +249,7 @@ class _Target:
 def _search(
     series: SampledSeries, psi: np.ndarray, p: np.ndarray, options: QuantileOptions
 ) -> np.ndarray:
-    """Return what `searched` does, on given samples.
+    """Return what `search_quantiles` does, on given samples.
 
     Some times are scanned. The others start from the places of their neighbours, and from that of
     the bound of μ + zσ.

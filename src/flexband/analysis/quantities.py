@@ -45,7 +45,7 @@ class Magnitude:
         object.__setattr__(self, "outputs", tuple(_checked(output) for output in outputs))
 
     def __call__(self, response: xr.DataArray) -> xr.DataArray:
-        parts = [chosen(response, output) for output in self.outputs]
+        parts = [output_of(response, output) for output in self.outputs]
         units = {str(part["unit"].values) for part in parts if "unit" in part.coords}
         if len(units) > 1:
             raise InputError(f"components of a vector must have one unit; got {', '.join(units)}")
@@ -113,7 +113,7 @@ class _OverTime(ABC):
         if callable(self.of):
             output = self.of(response)
         else:
-            output = response if self.of is None else chosen(response, self.of)
+            output = response if self.of is None else output_of(response, self.of)
         last = axes_of(output).time
         if last is None or output.shape[-1] < 3:
             raise InputError(
@@ -229,7 +229,7 @@ def made_of(response: xr.DataArray, quantity: Quantity) -> xr.DataArray:
     return values.astype(float)
 
 
-def chosen(response: xr.DataArray, output: str) -> xr.DataArray:
+def output_of(response: xr.DataArray, output: str) -> xr.DataArray:
     """Return one output of a response; raise `InputError` if it has none of this name."""
     names = [str(k) for k in response["output"].values] if "output" in response.coords else []
     if not names:

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from flexband.analysis.quantities import chosen
+from flexband.analysis.quantities import output_of
 from flexband.arguments import arguments_checked
 from flexband.errors import (
     InputError,
@@ -143,14 +143,14 @@ class OverOutput(WrappingResponse):
         good = np.setdiff1d(np.arange(len(axis)), list(failures))
         runs = times, axis[good], others.values[good], targets[good], after[good]
         data = np.full((*others.shape[:2], len(self.values)), np.nan)
-        data[good] = _interpolated(*runs)
+        data[good] = _interpolate(*runs)
         coords = {k: c for k, c in others.coords.items() if others.dims[-1] not in c.dims}
         attrs = {"units": unit} if unit else {}
         coords[self.output] = xr.DataArray(self.values, dims=self.output, attrs=attrs)
         result = xr.DataArray(data, coords, (*others.dims[:2], self.output), attrs=others.attrs)
         if failures:
             raise RunError("\n".join(messages), failures, result)
-        self._warn_of_few_times(result, _interpolated(*runs, stride=2))
+        self._warn_of_few_times(result, _interpolate(*runs, stride=2))
         return result
 
     def _parts(self, series: Any) -> tuple[np.ndarray, xr.DataArray, np.ndarray, float, str]:
@@ -163,7 +163,7 @@ class OverOutput(WrappingResponse):
             )
         if series.shape[2] < 7:
             raise InputError(f"response must have at least 7 times; got {series.shape[2]}")
-        axis = chosen(series, self.output)
+        axis = output_of(series, self.output)
         others = series.isel(output=series["output"].values != self.output)
         times = series[dims[2]].values if dims[2] in series.coords else np.arange(series.shape[2])
         unit = str(axis["unit"].values) if "unit" in axis.coords else ""
@@ -207,7 +207,7 @@ def _passages(series: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, int,
     return np.maximum(first, 1), 0, ""
 
 
-def _interpolated(
+def _interpolate(
     times: np.ndarray,
     axis: np.ndarray,
     others: np.ndarray,

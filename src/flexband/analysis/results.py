@@ -205,7 +205,7 @@ def answer(
     result = result.assign_coords({**used, "bound": BOUNDS, **coords})
     if "input" in result.data_vars:
         result = result.set_coords("input")
-    result = described(result, long_names, unitless)
+    result = with_names_and_units(result, long_names, unitless)
     diagnostic_attrs = surrogate.diagnostics.attrs
     carried = {f"surrogate_{k}": diagnostic_attrs[k] for k in CARRIED if k in diagnostic_attrs}
     if doubts := doubts_of(surrogate):
@@ -216,7 +216,7 @@ def answer(
     return result.assign_attrs({**remark(surrogate.space), **attrs, **carried, **remarks})
 
 
-def described(
+def with_names_and_units(
     result: xr.Dataset, long_names: Mapping[str, str], unitless: Container[str] = ()
 ) -> xr.Dataset:
     """Give variables a `long_name`, and numbers `units` where all outputs have the same."""

@@ -37,7 +37,7 @@ def labels_of(surrogate: AnySurrogate) -> xr.DataArray:
     return next(iter(surrogates_of(surrogate).values())).labels
 
 
-def selected(surrogate: Surrogate, at: Labels | None) -> Surrogate:
+def select_places(surrogate: Surrogate, at: Labels | None) -> Surrogate:
     """Return the surrogate at chosen places of the response's dimensions.
 
     `at` maps dimensions to one of their labels, or a list; of numbers, such as times, the nearest

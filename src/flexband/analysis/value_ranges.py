@@ -14,7 +14,7 @@ from flexband.analysis.results import Variables, answer, expected_error
 from flexband.analysis.selection import AnySurrogate, Labels
 from flexband.errors import InputError, check_numbers
 from flexband.uncertainty.expansions.bounds.scan import lobatto
-from flexband.uncertainty.expansions.expansion import joined
+from flexband.uncertainty.expansions.expansion import join_outputs
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.polynomials import chebyshev_values
 from flexband.uncertainty.inputs.distributions.random_option import RandomOption
@@ -98,8 +98,10 @@ def range_of(surrogate: Surrogate, probability: float) -> xr.Dataset:
     extremes = []
     for expansion in surrogate.expansions:
         extremes += expansion.of_hybrid(_on_box(expansion.hybrid, *ends)).extremes([0.0])
-    values = joined(surrogate.expansions, [bounds.values for bounds in extremes], 1)
-    box = joined(surrogate.expansions, [bounds.places for bounds in extremes], 1).reshape(-1, m + n)
+    values = join_outputs(surrogate.expansions, [bounds.values for bounds in extremes], 1)
+    box = join_outputs(surrogate.expansions, [bounds.places for bounds in extremes], 1).reshape(
+        -1, m + n
+    )
     eta, t = box[:, :m], box[:, m:]
     inputs = space.numbers_at(ends.mean(axis=0) + t * np.ptp(ends, axis=0) / 2, eta)
     dims, shape = ("bound", *labels.dims[1:]), (2, *labels.shape[1:])

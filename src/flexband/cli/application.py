@@ -60,13 +60,13 @@ def _apart(args: Sequence[str]) -> list[str]:
 
 def print_anywhere() -> None:
     """Let standard output and error replace characters that they cannot encode."""
-    codecs.register_error("flexband", _replaced)
+    codecs.register_error("flexband", _replacement)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="flexband")
 
 
-def _replaced(error: UnicodeError) -> tuple[str, int]:
+def _replacement(error: UnicodeError) -> tuple[str, int]:
     # What is printed in place of a character that a terminal does not know; otherwise "?"
     plain = {
         "…": "...", "–": "-", "−": "-", "×": "x", "μ": "mu", "σ": "sigma", "ξ": "xi", "η": "eta",

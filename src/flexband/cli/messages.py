@@ -150,14 +150,14 @@ def _widths(header: list[str], rows: list[list[str]]) -> list[int]:
 def _parts(widths: list[int], most: int) -> list[list[int]]:
     """Return the columns of the fewest tables not wider than `most`, as evenly as possible."""
     size = [width + 3 for width in widths]
-    count = len(_filled(size, most))
+    count = len(_fill_columns(size, most))
     least = next(
-        w for w in range(size[0] + 1, most + sum(size) + 2) if len(_filled(size, w)) <= count
+        w for w in range(size[0] + 1, most + sum(size) + 2) if len(_fill_columns(size, w)) <= count
     )
-    return _filled(size, least)
+    return _fill_columns(size, least)
 
 
-def _filled(size: list[int], most: int) -> list[list[int]]:
+def _fill_columns(size: list[int], most: int) -> list[list[int]]:
     """Return the columns of tables, each filled until it would be wider than `most`."""
     parts = [[0]]
     for c in range(1, len(size)):

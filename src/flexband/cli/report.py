@@ -21,7 +21,12 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.analysis.selection import AnySurrogate
     from flexband.remarks.collection import remarks_of
     from flexband.report.page.p_boxes import p_boxes
-    from flexband.report.page.page_file import check_shown, list_shown, read_given, restored
+    from flexband.report.page.page_file import (
+        check_shown,
+        list_shown,
+        read_given,
+        restoring_command,
+    )
     from flexband.report.page.study import write_report
     from flexband.report.page.template import print_pdf
     from flexband.report.text.remarks import remark_line
@@ -83,7 +88,7 @@ def check_answers(folder: Path) -> None:
     for name, why in read_answers(folder).unusable.items():
         if why is not Unusable.ALTERED:
             continue
-        raise InputError(f"{folder / name}.nc is not as written; {restored(f'{name}.nc')}")
+        raise InputError(f"{folder / name}.nc is not as written; {restoring_command(f'{name}.nc')}")
 
 
 def add_p_boxes(

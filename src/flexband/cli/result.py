@@ -16,7 +16,7 @@ from flexband.report.study_report import answer_of, remarks, report_study, repor
 from flexband.report.text import tables
 from flexband.report.text.doubts import doubt_text
 from flexband.report.text.parts import parts_table, sampling_line
-from flexband.report.text.remarks import remark_line, standing, untouched_by
+from flexband.report.text.remarks import remark_line, standing_remarks, untouched_by
 from flexband.report.text.verdicts import verdict_line
 from flexband.requirements.verdict import RequirementVerdict, Verdict, worst_of
 from flexband.words import number_of
@@ -39,7 +39,7 @@ def print_verdicts(
     """Print the verdicts, each with the remarks that touch it, and the other remarks."""
     for verdict in verdicts:
         print_text(verdict_line(verdict), STYLES[verdict.verdict])
-        for remark in standing(verdict):
+        for remark in standing_remarks(verdict):
             print_text(f"      remark: {remark_line(remark)}", "yellow")
     for remark in untouched_by(verdicts, remarks):
         print_remark(remark_line(remark))

@@ -184,7 +184,7 @@ def going_on(facts: dict[str, Any]) -> str:
     )
 
 
-def counted(facts: dict[str, Any]) -> str:
+def count_text(facts: dict[str, Any]) -> str:
     """Return how many runs are done, and of how many as far as that is known."""
     if facts["total"] is not None:
         most, total = ("at most " if facts["most"] else ""), number_of(facts["total"], "run")
@@ -218,7 +218,7 @@ def lines(facts: dict[str, Any], listed: int = 10) -> list[str]:
     elif state == "running" and facts["process"]:
         about += f", by {facts['process']}"
     if state in ("running", "finished"):
-        report = [about, f"{counted(facts)}, {facts['failed']} failed"]
+        report = [about, f"{count_text(facts)}, {facts['failed']} failed"]
     else:
         report = [
             about,

@@ -73,7 +73,9 @@ def in_process(response: ResponseFunction, tasks: Tasks) -> Outcomes:
 
 
 @lru_cache(maxsize=4)
-def unpickled(response: bytes, with_modules: bytes = b"", code: str = "") -> ResponseFunction:
+def unpickle_response(
+    response: bytes, with_modules: bytes = b"", code: str = ""
+) -> ResponseFunction:
     """Return a pickled response, with the user's modules where its fingerprint is not `code`."""
     try:
         function = cloudpickle.loads(response)
@@ -92,7 +94,7 @@ def perform_elsewhere(
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", FlexbandWarning)
         try:
-            own = unpickled(response, with_modules, code)
+            own = unpickle_response(response, with_modules, code)
             outcome = perform(own, cloudpickle.loads(arguments))
         except Exception as error:  # a module that is missing there
             outcome = Outcome(None, error, 0.0)
@@ -112,7 +114,7 @@ def perform_elsewhere(
         return cloudpickle.dumps(outcome._replace(value=None, error=plain))
 
 
-def received(data: bytes) -> Outcome:
+def receive_outcome(data: bytes) -> Outcome:
     """Return an outcome of `perform_elsewhere`, and issue its warnings."""
     try:
         outcome: Outcome = cloudpickle.loads(data)
@@ -123,7 +125,7 @@ def received(data: bytes) -> Outcome:
     return outcome
 
 
-def dumped(response: ResponseFunction) -> bytes:
+def dump_response(response: ResponseFunction) -> bytes:
     """Return a response for another process; raise `InputError` if that is not possible."""
     try:
         return cloudpickle.dumps(response)
@@ -150,8 +152,8 @@ def dumped_with_modules(response: ResponseFunction) -> bytes:
 
 
 def sent_by(response: ResponseFunction) -> tuple[bytes, tuple[bytes, str]]:
-    """Return a response for another process, and what `unpickled` takes besides."""
-    pickled, whole = dumped(response), dumped_with_modules(response)
+    """Return a response for another process, and what `unpickle_response` takes besides."""
+    pickled, whole = dump_response(response), dumped_with_modules(response)
     by_value = whole if whole != pickled else b""
     return pickled, (by_value, fingerprint(response) if by_value else "")
 

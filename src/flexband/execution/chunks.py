@@ -120,7 +120,7 @@ class Array:
         return np.array(texts, dtype=object).reshape(self.chunk)
 
 
-def described(name: str, values: np.ndarray) -> tuple[str, np.ndarray, dict[str, Any]]:
+def describe_coordinate(name: str, values: np.ndarray) -> tuple[str, np.ndarray, dict[str, Any]]:
     """Return the kind, the stored values and the attributes of a coordinate."""
     kind = values.dtype.kind
     if kind in "fiub":

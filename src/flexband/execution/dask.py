@@ -21,9 +21,9 @@ from flexband.execution.calls import (
     Workers,
     lost_with,
     perform_elsewhere,
-    received,
+    receive_outcome,
     sent_by,
-    unpickled,
+    unpickle_response,
 )
 from flexband.response import ResponseFunction
 
@@ -194,13 +194,13 @@ class _Timed:
 def load_response(response: bytes, with_modules: bytes, code: str) -> None:
     """Load a response in a worker, so that this takes none of the time of its first call."""
     with suppress(Exception):  # which `perform_elsewhere` reports
-        unpickled(response, with_modules, code)
+        unpickle_response(response, with_modules, code)
 
 
 def _outcome(future: Future) -> Outcome:
     """Return the outcome of a task that is done."""
     try:
-        return received(future.result())
+        return receive_outcome(future.result())
     except Exception as error:
         return lost_with(error)
 

@@ -26,7 +26,7 @@ from flexband.execution.calls import (
     lost_with,
     perform,
     perform_elsewhere,
-    received,
+    receive_outcome,
     sent_by,
 )
 from flexband.execution.dask import DaskClient, dask_client
@@ -115,7 +115,7 @@ class _Flow:
         numbers, begin = self.running.pop(future)
         try:
             result = future.result()
-            outcomes = result if self.shared else list(map(received, result))
+            outcomes = result if self.shared else list(map(receive_outcome, result))
         except Exception as error:
             outcomes = [lost_with(error)] * len(numbers)
         work = sum(outcome.seconds for outcome in outcomes)
@@ -156,7 +156,7 @@ def with_executor(
 
 
 @contextmanager
-def performing(executor: ExecutorLike) -> Iterator[Performing]:
+def performer_of(executor: ExecutorLike) -> Iterator[Performing]:
     """Give what performs the tasks of a study; raise `InputError` if `executor` is none."""
     if executor is None:
         yield in_process

@@ -138,7 +138,7 @@ class _Walk:
             return
         self.text("function", function.__qualname__)
         self.visit((function.__defaults__, *sorted((function.__kwdefaults__ or {}).items())))
-        assigned = _assigned(function.__code__) | _assigned_in(function.__globals__)
+        assigned = _assigned_names(function.__code__) | _assigned_in(function.__globals__)
         for name, cell in zip(
             function.__code__.co_freevars, function.__closure__ or (), strict=True
         ):
@@ -218,7 +218,7 @@ def _of_user(top: str, file: str | None) -> bool:
     parts = Path(file).parts
     if "site-packages" in parts or "dist-packages" in parts:
         return False
-    return not any(str(file).startswith(folder) for folder in _installed())
+    return not any(str(file).startswith(folder) for folder in _installed_folders())
 
 
 def _names(code: types.CodeType) -> set[str]:
@@ -227,12 +227,12 @@ def _names(code: types.CodeType) -> set[str]:
     return set(code.co_names).union(*map(_names, inner))
 
 
-def _assigned(code: types.CodeType) -> set[str]:
+def _assigned_names(code: types.CodeType) -> set[str]:
     """Return the variables outside of a function that it, or a function inside it, assigns."""
     stores = ("STORE_GLOBAL", "STORE_DEREF")
     variables = {step.argval for step in dis.get_instructions(code) if step.opname in stores}
     inner = (constant for constant in code.co_consts if isinstance(constant, types.CodeType))
-    return variables.union(*map(_assigned, inner))
+    return variables.union(*map(_assigned_names, inner))
 
 
 def _assigned_in(variables: Mapping[str, Any]) -> set[str]:
@@ -249,7 +249,7 @@ def _assigned_in(variables: Mapping[str, Any]) -> set[str]:
 
 
 @cache
-def _installed() -> tuple[str, ...]:
+def _installed_folders() -> tuple[str, ...]:
     """Return the folders of installed packages."""
     paths = sysconfig.get_paths()
     return tuple({paths[name] for name in ("stdlib", "platstdlib", "purelib", "platlib")})

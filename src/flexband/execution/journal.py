@@ -52,14 +52,14 @@ class Journal:
                 body = data[place + FRAME.size : place + FRAME.size + length]
                 place += FRAME.size + length
                 if len(body) == length > 0 and google_crc32c.value(body) == checksum:
-                    first, record = _decoded(body)
+                    first, record = _decode(body)
                     if first >= runs:
                         records.append(record)
         return records
 
     def append(self, first: int, finished: Finished, *, sync: bool, large: int = 1_000_000) -> None:
         """Append runs numbered from `first` on; records below `large` bytes are written at once."""
-        body = _encoded(first, finished)
+        body = _encode(first, finished)
         checksum = 0
         for part in body:
             checksum = google_crc32c.extend(checksum, part)
@@ -101,7 +101,7 @@ def _number(file: Path) -> int:
     return int(end) if end.isdecimal() else 0
 
 
-def _encoded(first: int, record: Finished) -> list[np.ndarray]:
+def _encode(first: int, record: Finished) -> list[np.ndarray]:
     about = {
         "first": first,
         "setting": record.setting,
@@ -118,7 +118,7 @@ def _encoded(first: int, record: Finished) -> list[np.ndarray]:
     return [head, *(np.ascontiguousarray(v, "<f8") for v in arrays)]
 
 
-def _decoded(body: bytes) -> tuple[int, Finished]:
+def _decode(body: bytes) -> tuple[int, Finished]:
     length = struct.unpack_from("<I", body)[0]
     about = json.loads(body[4 : 4 + length])
     numbers = np.frombuffer(body, "<f8", offset=4 + length)

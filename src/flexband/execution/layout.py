@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError
-from flexband.execution.chunks import Array, described
+from flexband.execution.chunks import Array, describe_coordinate
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.journal import Finished
 from flexband.execution.names import RunStatus
@@ -56,7 +56,7 @@ def check_recordable(labels: xr.DataArray) -> None:
             f"{', '.join(OWN)} and run; got {taken[0]!r}"
         )
     for name, coordinate in labels.coords.items():
-        described(str(name), coordinate.values)
+        describe_coordinate(str(name), coordinate.values)
 
 
 def add_outputs(arrays: GrowingArrays, labels: xr.DataArray) -> None:
@@ -69,7 +69,7 @@ def add_outputs(arrays: GrowingArrays, labels: xr.DataArray) -> None:
     }
     arrays.attrs |= of_runs
     for name, coordinate in labels.coords.items():
-        kind, values, since = described(str(name), coordinate.values)
+        kind, values, since = describe_coordinate(str(name), coordinate.values)
         array = Array(
             kind, tuple(map(str, coordinate.dims)), values.shape, _plain(coordinate.attrs) | since
         )

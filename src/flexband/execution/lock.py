@@ -34,7 +34,7 @@ class Lock:
         self._handle = open_unlinked(folder / name, os.O_RDWR | os.O_CREAT)
         holder = folder / FileName.HOLDER
         end = time.monotonic() + seconds
-        while not (has_lock := _locked(self._handle)) and time.monotonic() < end:
+        while not (has_lock := _try_lock(self._handle)) and time.monotonic() < end:
             time.sleep(seconds / 20)
         if not has_lock:
             self.release()
@@ -66,7 +66,7 @@ def is_locked(file: Path) -> bool:
     except OSError:  # there is none, or it is a link, or may only be read
         return False
     try:
-        return not _locked(handle)
+        return not _try_lock(handle)
     finally:
         os.close(handle)
 
@@ -79,7 +79,7 @@ def this_process() -> str:
 _locks: WeakSet[Lock] = WeakSet()
 
 
-def _locked(handle: int) -> bool:
+def _try_lock(handle: int) -> bool:
     """Lock an open file; return whether that succeeded."""
     try:
         if sys.platform == "win32":

@@ -22,7 +22,15 @@ import cloudpickle
 
 from flexband.arguments import frozen
 from flexband.errors import check_integer, check_numbers, check_positive
-from flexband.execution.calls import Outcome, Outcomes, Performing, Tasks, Workers, dumped, received
+from flexband.execution.calls import (
+    Outcome,
+    Outcomes,
+    Performing,
+    Tasks,
+    Workers,
+    dump_response,
+    receive_outcome,
+)
 from flexband.response import ResponseFunction
 
 
@@ -147,7 +155,7 @@ class _Pool:
 
     def perform(self, response: ResponseFunction, tasks: Tasks) -> Outcomes:
         """Perform tasks; tasks that are left when the caller stops are ended."""
-        pickled = dumped(response)
+        pickled = dump_response(response)
         waiting, attempts = deque(range(len(tasks))), [0] * len(tasks)
         done = 0
         try:
@@ -182,7 +190,7 @@ class _Pool:
             if not idle:
                 if len(self.workers) == self.count:
                     return
-                self.workers.append(_started())
+                self.workers.append(_start_worker())
                 continue
             worker, number = idle[0], waiting.popleft()
             worker.task = number
@@ -219,7 +227,7 @@ class _Pool:
             worker.deadline = time.monotonic() + (self.limit or float("inf"))
             return None
         worker.task, worker.deadline = None, float("inf")
-        return received(data)
+        return receive_outcome(data)
 
     def _replace(self, worker: _Worker) -> str:
         """Forget a worker; return how its process ended. A new one starts when it is needed."""
@@ -228,7 +236,7 @@ class _Pool:
         return f"the process of the response ended: {worker.end()}"
 
 
-def _started() -> _Worker:
+def _start_worker() -> _Worker:
     """Start a worker, once more if it ends at once."""
     with suppress(RuntimeError):
         return _Worker()

@@ -19,7 +19,7 @@ def main() -> None:
     address, key, study, path = cloudpickle.loads(sys.stdin.buffer.read())
     sys.path[:] = path
     threading.Thread(target=_watch, args=(study,), daemon=True).start()
-    from flexband.execution.calls import perform_elsewhere, unpickled  # noqa: PLC0415
+    from flexband.execution.calls import perform_elsewhere, unpickle_response  # noqa: PLC0415
 
     connection = Client(address, authkey=key)
     response = b""
@@ -28,7 +28,7 @@ def main() -> None:
             response = connection.recv_bytes() or response
             arguments = connection.recv_bytes()
             with suppress(Exception):  # which `perform_elsewhere` reports
-                unpickled(response)  # what it imports takes none of the task's time
+                unpickle_response(response)  # what it imports takes none of the task's time
             connection.send_bytes(b"")
             connection.send_bytes(perform_elsewhere(response, arguments))
     except (EOFError, OSError):

@@ -26,7 +26,13 @@ from flexband.errors import (
     check_positive,
     shown,
 )
-from flexband.models.fmu_variables import access, assigned, differs, recorded, unit
+from flexband.models.fmu_variables import (
+    access,
+    assigned_variables,
+    differs,
+    recorded_variables,
+    unit,
+)
 from flexband.models.one_by_one import OneByOne
 
 if TYPE_CHECKING:
@@ -92,7 +98,9 @@ class FMU(OneByOne):
             object.__setattr__(self, name, value)
         description = self._description(validate=True)
         names = None if self.outputs is None else list(self.outputs)
-        object.__setattr__(self, "outputs", tuple(v.name for v in recorded(description, names)))
+        object.__setattr__(
+            self, "outputs", tuple(v.name for v in recorded_variables(description, names))
+        )
         self._communication(description)
 
     @property
@@ -105,8 +113,8 @@ class FMU(OneByOne):
         if _checksum(self.path) != self.checksum:
             raise ModelError(f"the FMU {self.path} has changed since the response was made")
         description = self._description()
-        outputs = recorded(description, list(self.outputs or ()))
-        given = assigned(description, values)
+        outputs = recorded_variables(description, list(self.outputs or ()))
+        given = assigned_variables(description, values)
         messages: list[str] = []
         with TemporaryDirectory(prefix="flexband-") as folder:
             _fmpy("fmpy").extract(self.path, folder)

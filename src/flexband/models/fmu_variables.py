@@ -18,7 +18,7 @@ NOT_SCALAR = ("Binary", "Clock")
 """Types of variables that are neither numbers nor texts."""
 
 
-def recorded(
+def recorded_variables(
     description: fmi.ModelDescription, names: list[str] | None
 ) -> list[fmi.ScalarVariable]:
     """Return the scalar numbers of these names, or all outputs; raise `InputError` for others."""
@@ -30,7 +30,7 @@ def recorded(
     return [_named(possible, name, "outputs must be numbers of the FMU") for name in names]
 
 
-def assigned(description: fmi.ModelDescription, values: dict[str, Any]) -> Assignments:
+def assigned_variables(description: fmi.ModelDescription, values: dict[str, Any]) -> Assignments:
     """Return the variables to be set and their values; raise `InputError` if they cannot be."""
     possible = {v.name: v for v in description.modelVariables if _refusal(v) == ""}
     every = {v.name: v for v in description.modelVariables}
@@ -45,7 +45,7 @@ def assigned(description: fmi.ModelDescription, values: dict[str, Any]) -> Assig
                 variable.type,
             ):
                 raise InputError(f"{other} and {name} are the same variable of the FMU")
-        assignments[name] = variable, _converted(variable, value)
+        assignments[name] = variable, _convert(variable, value)
     return assignments
 
 
@@ -98,7 +98,7 @@ def _refusal(variable: fmi.ScalarVariable) -> str:
     return ""
 
 
-def _converted(variable: fmi.ScalarVariable, value: Any) -> float | str:
+def _convert(variable: fmi.ScalarVariable, value: Any) -> float | str:
     """Return a value as a variable's type needs it."""
     name = variable.name
     if callable(value):

@@ -36,7 +36,7 @@ class Template:
                     f"{written} must be the name of an input in braces; a literal ${{ is written "
                     "$${"
                 )
-            if all(_formatted(value, spec) is None for value in (1.0, 1, "a")):
+            if all(_format(value, spec) is None for value in (1.0, 1, "a")):
                 raise InputError(f"{written} must have a format of Python, such as .6e")
 
     def _placeholders(self) -> list[re.Match[str]]:
@@ -54,12 +54,12 @@ class Template:
             if match["literal"]:
                 return "${"
             name, spec = match["name"], match["spec"] or ""
-            text = _formatted(values[name], spec)
+            text = _format(values[name], spec)
             if text is None:
                 raise InputError(
                     f"{self.source}: {name} = {shown(values[name])} cannot be written as {spec!r}"
                 )
-            if _rounded(values[name], text) > 1e-3:
+            if _rounding_error(values[name], text) > 1e-3:
                 warn(
                     f"{self.source}: format {spec!r} of {name} changes a value by more than 0.1 %; "
                     "use one with more digits, such as .9g"
@@ -69,7 +69,7 @@ class Template:
         return PLACEHOLDER.sub(written, self.text)
 
 
-def _formatted(value: Any, spec: str) -> str | None:
+def _format(value: Any, spec: str) -> str | None:
     """Return a value as text; None if the format is not one for it."""
     try:
         return format(value, spec)
@@ -77,7 +77,7 @@ def _formatted(value: Any, spec: str) -> str | None:
         return None
 
 
-def _rounded(value: Any, text: str) -> float:
+def _rounding_error(value: Any, text: str) -> float:
     """Return by which part of a number its text differs from it; 0 if that cannot be read."""
     try:
         return abs(float(text) - value) / abs(value) if value else abs(float(text))

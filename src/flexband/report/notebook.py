@@ -60,7 +60,7 @@ def study_html(study: Study) -> str:
     if isinstance(study.source, MechanismResponse):
         name += f" of {name_of(study.source.builder)}"
     bar = "μ ± σ" if study.sigmas == 1 else f"μ ± {study.sigmas:g}σ"
-    rows = [("response", name), ("method", _given(study.method)), ("error bar", bar)]
+    rows = [("response", name), ("method", _source_text(study.method)), ("error bar", bar)]
     return _table(("study", ""), rows) + _inputs(study.inputs)
 
 
@@ -100,7 +100,7 @@ def _about(input_: Any) -> tuple[str, ...]:
     if isinstance(input_, Field):
         numbers = (getattr(input_, name, "") for name in ("mean", "std"))
         words = (f"{moment:.4g}" if isinstance(moment, int | float) else "" for moment in numbers)
-        return _given(input_), "", "", *words
+        return _source_text(input_), "", "", *words
     if isinstance(input_, Choice | Correlated):
         return repr(input_), "", "", "", ""
     summary = statistics(input_)
@@ -111,7 +111,7 @@ def _about(input_: Any) -> tuple[str, ...]:
     return words, f"{low:.4g}", f"{high:.4g}", f"{mean:.4g}", f"{std:.3g}"
 
 
-def _given(input_: Any) -> str:
+def _source_text(input_: Any) -> str:
     """Return an object as it would be written: without what is left out, and functions by name."""
     if not is_dataclass(input_):
         return repr(input_)

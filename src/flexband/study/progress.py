@@ -20,7 +20,7 @@ from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.inputs.unfolding import cases
 from flexband.uncertainty.methods.method import as_method
 from flexband.uncertainty.phases.carriers import CarrierOptions
-from flexband.uncertainty.runs.reuse import located
+from flexband.uncertainty.runs.reuse import locate_domains
 from flexband.words import number_of
 
 if TYPE_CHECKING:
@@ -187,7 +187,7 @@ def memory_of(
 
     The combinations of options are studied one by one.
     """
-    inputs = cases(located(study.response, study.inputs, store)[0])
+    inputs = cases(locate_domains(study.response, study.inputs, store)[0])
     intervals = Space(next(iter(inputs.values()))).interval_dimension
     return as_method(study.method).peak_memory(intervals, -(-runs // len(inputs)), size)
 

@@ -18,7 +18,7 @@ from flexband.uncertainty.runs.between import between_times
 from flexband.uncertainty.runs.evaluations import EvaluationOptions, OutputCheck
 from flexband.uncertainty.runs.fine_enough import start_fine_enough
 from flexband.uncertainty.runs.runs import CountedRuns, in_cases
-from flexband.uncertainty.surrogates.bands import described
+from flexband.uncertainty.surrogates.bands import with_names_and_units
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, over_choices
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -116,7 +116,9 @@ def propagate(
         bands = method.solve(runs.space, runs.start, sigmas)
         counted = runs.attributes(bands.attrs)
         between = between_times(runs, bands)
-        return described(bands.assign(between.variables).assign_attrs(counted | between.attrs))
+        return with_names_and_units(
+            bands.assign(between.variables).assign_attrs(counted | between.attrs)
+        )
 
     results = in_cases(solved, response, inputs, method, options)
     return results[""] if len(results) == 1 else over_choices(inputs, results)

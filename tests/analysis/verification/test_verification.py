@@ -16,7 +16,7 @@ from flexband.analysis.verification import verify as verification
 from flexband.report.text.tables import remarks
 from flexband.uncertainty.adaptive.runs import RareRuns, ResponseRuns
 from flexband.uncertainty.expansions.direct import DirectExpansion
-from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, stretched
+from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, stretch_samples
 from flexband.uncertainty.phase_resolved import method
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -259,13 +259,13 @@ def test_no_verdict_states_less_than_its_runs_can_see(monkeypatch):
 def test_runs_that_are_farther_out_are_weighted_to_have_the_moments_of_samples():
     """E[1; |z| < 3] and E[z⁴; |z| < 3] of one variable, and the covariance of three."""
     normals = latin_hypercube_normals(20000, 1, 0)
-    z, weight = stretched(normals, 3.0, np.random.default_rng(0))
+    z, weight = stretch_samples(normals, 3.0, np.random.default_rng(0))
     inside = chdtr(1, 9.0), 3 * chdtr(5, 9.0)
     np.testing.assert_allclose([weight.mean(), (weight * z[:, 0] ** 4).mean()], inside, rtol=1e-3)
     assert np.abs(z).max() <= 3
     assert np.mean(np.abs(z) > 2) == pytest.approx(1 / 3, abs=1e-3)
     normals = latin_hypercube_normals(100_000, 3, 0)
-    z, weight = stretched(normals, 3.0, np.random.default_rng(0))
+    z, weight = stretch_samples(normals, 3.0, np.random.default_rng(0))
     np.testing.assert_allclose((weight[:, None] * z).T @ z / len(z), np.eye(3), atol=0.03)
 
 

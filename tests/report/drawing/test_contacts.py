@@ -6,7 +6,7 @@ import pytest
 import flexband as fb
 from flexband import contact
 from flexband.mechanics.configuration import assembled_configuration
-from flexband.report.page.motion.record import recorded
+from flexband.report.page.motion.record import record_shapes
 from flexband.report.shapes.mechanism import sketch_mechanism
 from flexband.report.shapes.scene import Scene
 from flexband.report.shapes.tracks import Tracks
@@ -82,7 +82,7 @@ def test_a_pin_is_seen_in_its_hole(clearance, factor):
     np.testing.assert_allclose(places(pin), [(moved, 0.2)], atol=1e-12)
     names = [name.text for name in sketch.names]
     assert ("pin (clearance × 30)" if factor > 1 else "pin") in names
-    shapes = [s for s in recorded(sketch)["shapes"] if s.get("part") == "joint 'pin'"]
+    shapes = [s for s in record_shapes(sketch)["shapes"] if s.get("part") == "joint 'pin'"]
     assert shapes[1]["strokes"][0]["frames"][0]["shares"]  # it moves in the page
 
 

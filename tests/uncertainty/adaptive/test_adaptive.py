@@ -34,7 +34,7 @@ from flexband.study.comparison import relative_error
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
 from flexband.uncertainty.adaptive.interpolation import NestedDesign
 from flexband.uncertainty.adaptive.rare_values import RareValues
-from flexband.uncertainty.adaptive.runs import ResponseRuns, succeeded
+from flexband.uncertainty.adaptive.runs import ResponseRuns, successful_runs
 from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.expansions.families import HERMITE, LEGENDRE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
@@ -867,12 +867,12 @@ def test_only_runs_that_fail_are_left_out_of_those_held_out():
     values = np.array([1.0, 2.0, np.nan]).reshape(3, 1, 1)
     runs = ResponseRuns(np.zeros((3, 0)), np.arange(3.0)[:, None], values)
     one = ResponseRuns(*(v[:1] for v in runs))
-    np.testing.assert_array_equal(succeeded(one, 0).values, one.values)  # bounds at one place
-    np.testing.assert_array_equal(succeeded(runs, 0).values, values[:2])
+    np.testing.assert_array_equal(successful_runs(one, 0).values, one.values)  # bounds at one place
+    np.testing.assert_array_equal(successful_runs(runs, 0).values, values[:2])
     with pytest.raises(fb.errors.RunError, match="most of the held-out runs"):
-        succeeded(runs, 1)
+        successful_runs(runs, 1)
     with pytest.raises(fb.errors.RunError, match="1 of 3 runs that are fitted"):
-        succeeded(runs, 3)
+        successful_runs(runs, 3)
 
 
 def test_bands_without_width_are_warned_of():

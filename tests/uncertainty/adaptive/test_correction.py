@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import flexband as fb
-from flexband.analysis.selection import selected
+from flexband.analysis.selection import select_places
 
 TIMES = np.linspace(0.0, 1.0, 201)
 INPUTS = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
@@ -195,7 +195,7 @@ def test_parts_of_a_surrogate_and_files_have_its_correction(shifted, tmp_path):
     loaded = fb.load_surrogate(tmp_path / "s.npz")
     xr.testing.assert_identical(loaded.bands(), shifted.bands())
     narrow = loaded.narrowed(e=fb.Interval(0.0, 0.5))
-    some = selected(narrow, {"time": [0.0, 0.5, 1.0]})
+    some = select_places(narrow, {"time": [0.0, 0.5, 1.0]})
     for surrogate, middle in ((loaded, 0.0), (narrow, 0.25), (some, 0.25)):
         at = np.zeros((1, 1)), np.zeros((1, 1))
         change = surrogate.standard(*at) - surrogate.uncorrected.standard(*at)

@@ -17,7 +17,7 @@ from flexband.analysis.descent import descend, local_minima
 from flexband.analysis.peaks import BESIDE
 from flexband.errors import InputError
 from flexband.requirements.corridors import Corridor
-from flexband.uncertainty.expansions.bounds.scan import lobatto, scan, scattered, tensor_grid
+from flexband.uncertainty.expansions.bounds.scan import lobatto, scan, scatter_points, tensor_grid
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.inputs.choices import Compensator
 from flexband.uncertainty.inputs.space import Space
@@ -118,7 +118,7 @@ class Adjusted:
         elif 2 ** len(others) <= options.max_vertices:
             points, beside = tensor_grid([2] * len(others))
         else:
-            points, beside = scattered(options.max_vertices, np.ones(len(others), bool))
+            points, beside = scatter_points(options.max_vertices, np.ones(len(others), bool))
 
         def placed(places: np.ndarray) -> np.ndarray:
             eta = np.zeros((len(places), self.m))

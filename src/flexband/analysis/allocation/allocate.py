@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.allocation.chance import Chance
-from flexband.analysis.allocation.confirmation import Confirmed, confirmed
+from flexband.analysis.allocation.confirmation import Confirmed, confirm_tolerances
 from flexband.analysis.allocation.costs import Cost, checked_costs
 from flexband.analysis.allocation.grade_search import cheapest_grades
 from flexband.analysis.allocation.infeasible import check_feasible
@@ -153,7 +153,7 @@ def allocate(
     else:
         with runs_as_expanded(response, surrogate.space.given, **options) as runs_of:
             first = search(worst, WatchedPlaces.none(m))
-            confirmation = confirmed(surrogate, worst, first, runs_of, search)
+            confirmation = confirm_tolerances(surrogate, worst, first, runs_of, search)
     result = result_of(surrogate, limit_corridors, worst, confirmation)
     words = offsets_in_words(limit_corridors, surrogate.diagnostics.attrs)
     return result.assign_attrs(verdict=". ".join([AnswerRecord.read(result).verdict, *words]))

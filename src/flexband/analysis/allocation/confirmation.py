@@ -62,7 +62,7 @@ class Confirmed:
     changed: bool = False  # whether the runs have moved the tolerances
 
 
-def confirmed(
+def confirm_tolerances(
     surrogate: Surrogate,
     worst: WorstCaseBounds,
     allocated: Allocated,
@@ -107,7 +107,7 @@ def confirmed(
         kept = np.all(run_margins[order] >= 0)
         if not surrogate.space.random_dimension:
             kept = kept and np.all(margins + missed >= 0)
-        new = np.maximum(_shifted(worst, allocated, shift, margins, missed, options), loosest)
+        new = np.maximum(_shift_margins(worst, allocated, shift, margins, missed, options), loosest)
         moved = np.abs(new - shift)[at[1:]]
         agree = np.all(moved <= options.agreement * worst.scale[at[2]])
         if (kept and agree) or k == options.max_rounds - 1:
@@ -170,7 +170,7 @@ def _doubtful(
     return vertices[order[least[order] < 0]]
 
 
-def _shifted(
+def _shift_margins(
     worst: WorstCaseBounds,
     allocated: Allocated,
     shift: np.ndarray,

@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 
 from flexband.analysis.allocation.grades import Grades
-from flexband.analysis.allocation.search import Allocated, allocated
+from flexband.analysis.allocation.search import Allocated, with_binding_places
 from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCaseBounds
 from flexband.errors import InputError
 
@@ -37,7 +37,7 @@ def cheapest_grades(
     logs = [np.log(input_grades.tolerances / largest) for input_grades, largest in pairs]
     cuts: list[np.ndarray] = []
     for _ in range(max_rounds):
-        x = _chosen(grades, logs, cuts)
+        x = _choose_cheapest(grades, logs, cuts)
         scale = worst.scale[points.series]
         violated = points.select(worst.values(x[None], points)[0] < negative * scale)
         if not len(violated):
@@ -45,13 +45,13 @@ def cheapest_grades(
             violated = worst.lowest(margins, places, negative)
             points = points.with_new(violated)
         if not len(violated):
-            return allocated(worst, x, points, with_multipliers=False)
+            return with_binding_places(worst, x, points, with_multipliers=False)
         each = (violated.select(np.array([k])) for k in range(len(violated)))
         cuts += [_cut(worst, point, x, logs, negative) for point in each]
     raise InputError(f"limits: no grades that keep them were found in {max_rounds} rounds")
 
 
-def _chosen(
+def _choose_cheapest(
     grades: Sequence[Grades], logs: Sequence[np.ndarray], cuts: Sequence[np.ndarray]
 ) -> np.ndarray:
     """Return the logarithms of the cheapest tolerances that fulfil all conditions, (names,)."""

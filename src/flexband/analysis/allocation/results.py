@@ -21,8 +21,8 @@ from flexband.analysis.probability.statements import (
     RARE,
     STATED,
     allowance,
-    bounded,
     tails_are_judged,
+    with_bounds,
     withheld,
 )
 from flexband.analysis.probability.texts import NOT_GIVEN
@@ -123,7 +123,7 @@ def chance_result(
     tolerances, x = chance.tolerances, solution.x
     narrow = chance.surrogate.narrowed(**tolerances.inputs(x))
     cost, slope = tolerances.cost(x), chance.elasticity(solution)
-    stated = _stated(chance, solution, by_runs=correction is not None)
+    stated = _statement(chance, solution, by_runs=correction is not None)
     data, coords = _of_names(tolerances, x, cost)
     data["elasticity"] = "name", slope[: len(cost)]
     data |= {str(name): array.variable for name, array in stated.items()}
@@ -170,7 +170,7 @@ def _of_names(
     return data, coords
 
 
-def _stated(chance: Chance, solution: ExceedanceEstimate, *, by_runs: bool) -> xr.Dataset:
+def _statement(chance: Chance, solution: ExceedanceEstimate, *, by_runs: bool) -> xr.Dataset:
     """Return what is stated of the probability that the surrogate finds."""
     labels, inputs = chance.surrogate.labels, chance.tolerances.inputs(solution.x)
     narrow = chance.surrogate.narrowed(**inputs)
@@ -189,7 +189,7 @@ def _stated(chance: Chance, solution: ExceedanceEstimate, *, by_runs: bool) -> x
         "surrogate_probability": estimate.probability,
         "at_each_time": (labels.dims[1:], each.reshape(labels.shape[1:])),
     })  # fmt: skip
-    stated = bounded(stated, xr.DataArray(solution.exact), STATED)
+    stated = with_bounds(stated, xr.DataArray(solution.exact), STATED)
     if missed_tolerance(narrow):
         names = (*STATED, "at_each_time", *["surrogate_probability"] * (not by_runs))
         stated = withheld(stated, names)

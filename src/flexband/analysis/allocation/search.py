@@ -188,7 +188,7 @@ def cheapest(
         raise InputError(
             f"limits: no tolerances that keep them were found in {options.max_rounds} rounds"
         )
-    return allocated(worst, best, points, options=options)
+    return with_binding_places(worst, best, points, options=options)
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,7 +279,7 @@ class _Search:
         return tolerances.tighter(x, tighter)
 
 
-def allocated(
+def with_binding_places(
     worst: WorstCaseBounds,
     x: np.ndarray,
     watched: WatchedPlaces,

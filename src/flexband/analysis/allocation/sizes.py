@@ -83,7 +83,7 @@ def _with_most_room(
     limited = np.isfinite(worst.bounds)
 
     def margins(places: np.ndarray) -> np.ndarray:
-        eta = worst.tolerances.center(_joined(low, reach * places))
+        eta = worst.tolerances.center(_replace_sizes(low, reach * places))
         return (worst.margins(worst.bars_at(eta, low)) / worst.scale)[:, limited]
 
     def slopes(v: np.ndarray) -> np.ndarray:
@@ -108,7 +108,7 @@ def _with_most_room(
     return ends[margins(ends).min(axis=1).argmax()]
 
 
-def _joined(x: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+def _replace_sizes(x: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     """Return the variables x with other sizes, (points, variables)."""
     count = sizes.shape[1]
     return np.concatenate([np.tile(x[: len(x) - count], (len(sizes), 1)), sizes], axis=1)
@@ -127,7 +127,7 @@ def looseness(worst: WorstCaseBounds, sizes: np.ndarray, options: SizeOptions) -
     block = max(1, options.margins_at_once // (2 * len(worst.numbers) * (1 + 2 * m)))
     blocks = []
     for first in range(0, len(sizes), block):
-        eta = tolerances.center(_joined(high, sizes[first : first + block]))
+        eta = tolerances.center(_replace_sizes(high, sizes[first : first + block]))
         if tolerances.compensators:
             eta = worst.adjusted(worst.expansions).best(eta)[1]
         bars = worst.bars_at(eta, low)

@@ -13,7 +13,7 @@ from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.sampled import SampledSeries
 from flexband.requirements.corridors import Corridor
 from flexband.uncertainty.expansions.expansion import Expansion
-from flexband.uncertainty.inputs.narrowing import fixed, part_of
+from flexband.uncertainty.inputs.narrowing import fix_inputs, part_of
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 SAME = 1e-4
@@ -241,6 +241,6 @@ class WorstCaseBounds:
         output, at = divmod(series, self.times)
         expansion, row = [pair for pair in self._rows(self.expansions) if pair[1] <= output][-1]
         part = expansion.select(expansion.outputs[[output - row]], np.array([at]))
-        part = part.substituted(*fixed(self.tolerances.space, names))
+        part = part.substituted(*fix_inputs(self.tolerances.space, names))
         value = part.extremes([-self.sigmas, self.sigmas])[side].values[side].item()
         return float(SIGNS[side] * (self.bounds[side, series] - value))

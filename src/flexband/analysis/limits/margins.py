@@ -20,10 +20,10 @@ from flexband.analysis.results import (
     Variables,
     beyond_neighbours,
     check_free,
-    described,
     error_of,
     interval_values,
     remarks_on,
+    with_names_and_units,
 )
 from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
 from flexband.errors import InputError
@@ -130,7 +130,7 @@ def check_limits(
         attrs["sigmas"] = sigmas = next(iter(deviations.values()))
         k = "" if sigmas == 1.0 else f"{sigmas:g}"
     long_names = {name: words.format(k=k) for name, words in LONG_NAMES.items()}
-    return described(result.assign_attrs(attrs), long_names, UNITLESS)
+    return with_names_and_units(result.assign_attrs(attrs), long_names, UNITLESS)
 
 
 def _sigmas_of(requirement: Requirement) -> float:
@@ -210,7 +210,7 @@ class _Checked:
         verification = self.cases[label].verification if label in self.cases else None
         if verification is not None and "confirmed" in verification:
             refuted = not np.all(_of_output(verification["confirmed"], self.labels, corridor))
-        result = _checked(
+        result = _check_margins(
             corridor,
             bands,
             self.labels,
@@ -269,7 +269,7 @@ def _bands(
     )
 
 
-def _checked(
+def _check_margins(
     corridor: Corridor,
     bands: xr.Dataset,
     labels: xr.DataArray,
@@ -287,7 +287,7 @@ def _checked(
     at = np.unravel_index(int(np.argmin(margin)), margin.shape)
     side = int(np.argmin(margins[(slice(None), *at)]))
     nearest_end = bar.isel(bound=side)[where][at]
-    after, surely = _between(np.stack([low, high]), bands, labels, corridor)
+    after, surely = _margins_between_times(np.stack([low, high]), bands, labels, corridor)
     error_after = error
     if error.ndim:
         next_error = np.concatenate([error[..., 1:], error[..., -1:]], axis=-1)
@@ -340,7 +340,7 @@ def _relative_errors(bands: xr.Dataset, labels: xr.DataArray) -> xr.DataArray:
     return xr.DataArray(relative, dims=axes_of(labels).dims)
 
 
-def _between(
+def _margins_between_times(
     bar: np.ndarray, bands: xr.Dataset, labels: xr.DataArray, corridor: Corridor
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the least margins from each time to the next: how low they may be, and at most are.

@@ -45,7 +45,7 @@ def numbers_of(response: xr.DataArray, quantities: Quantities | None) -> xr.Data
             )
         columns.append(made.values.ravel())
         units.append(str(made["unit"].values.item()) if "unit" in made.coords else "")
-    return _labelled(np.stack(columns, axis=1), list(quantities), units)
+    return _with_labels(np.stack(columns, axis=1), list(quantities), units)
 
 
 def units_by_name(response: xr.DataArray) -> list[str]:
@@ -62,12 +62,12 @@ def units_by_name(response: xr.DataArray) -> list[str]:
 def _extremes(response: xr.DataArray) -> xr.DataArray:
     values, names, units = series(response), names_of_outputs(response), units_by_name(response)
     if values.shape[2] == 1:
-        return _labelled(values[..., 0], names, units)
+        return _with_labels(values[..., 0], names, units)
     both = np.concatenate([values.max(axis=2), values.min(axis=2)], axis=1)
     kinds = [f"{kind} {name}" for kind in ("largest", "smallest") for name in names]
-    return _labelled(both, kinds, 2 * units)
+    return _with_labels(both, kinds, 2 * units)
 
 
-def _labelled(values: np.ndarray, names: list[str], units: list[str]) -> xr.DataArray:
+def _with_labels(values: np.ndarray, names: list[str], units: list[str]) -> xr.DataArray:
     coords = {"quantity": names, "unit": ("quantity", units)}
     return xr.DataArray(values, coords, ("sample", "quantity"))

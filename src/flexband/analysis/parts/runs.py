@@ -16,7 +16,7 @@ from flexband.uncertainty.inputs.space import Space, check_names
 from flexband.uncertainty.inputs.unfolding import GivenInputs, choices_of
 from flexband.uncertainty.runs.evaluated import Evaluated
 from flexband.uncertainty.runs.evaluations import EvaluationOptions, evaluations
-from flexband.uncertainty.runs.reuse import located
+from flexband.uncertainty.runs.reuse import locate_domains
 
 
 @contextmanager
@@ -34,7 +34,7 @@ def plain_runs(
             f"inputs must have no Choice; got {', '.join(choices)}. A study samples every option; "
             "here the response must choose one"
         )
-    placed, explored = located(response, inputs, as_store(options.store))
+    placed, explored = locate_domains(response, inputs, as_store(options.store))
     space = Space(placed)
     about = space.on_branch(as_response(response))
     with evaluations(response, placed, options) as evaluate:

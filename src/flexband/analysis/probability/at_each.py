@@ -101,7 +101,7 @@ def at_each_time(
     how = importance.subset.mixture
     mixture = Mixture.mean(*(Mixture.from_samples(part.u, rng, options=how) for part in known))
     counts = options.searched_samples, options.samples
-    samples = [_weighted(mixture, state.families, count, rng) for count in counts]
+    samples = [_weighted_samples(mixture, state.families, count, rng) for count in counts]
     probabilities, places = [], []
     for part in state.parts:
         for row, series in enumerate(SampledSeries.of_outputs(part.expansion)):
@@ -125,7 +125,7 @@ def at_each_time(
     return np.concatenate(probabilities, axis=2), np.concatenate(places, axis=1)
 
 
-def _weighted(
+def _weighted_samples(
     mixture: Mixture, families: Sequence[Family], count: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
     u = mixture.sample(count, rng)

@@ -117,7 +117,7 @@ class Correction:
         return self.low / math.exp(self.noise), min(1.0, self.high * math.exp(self.noise))
 
 
-def corrected(
+def correct_probability(
     state: LimitState,
     model: ResponseModel,
     eta: np.ndarray,

@@ -109,7 +109,7 @@ def ends(
     for end, sign in enumerate((-1.0, 1.0)):
         likely = [np.argsort(-sign * heights)[: options.rough_points] for heights in (sizes, rough)]
         order = np.argsort(-sign * sizes, kind="stable")
-        climbed = (_climbed(size, points[k], sign, options.steps) for k in order[: options.starts])
+        climbed = (_climb(size, points[k], sign, options.steps) for k in order[: options.starts])
         highest, _ = max(climbed, key=lambda pair: pair[1])
         tried = np.concatenate([highest[None], *(points[k] for k in likely)])
         eta[end], noise[end] = search.best(state, alike, np.unique(tried, axis=0), sign)
@@ -206,12 +206,12 @@ class _EndSearch:
         noise = float(np.log1p(exceeded.max() / probability)) if len(places) > 1 else 0.0
         least = partial(state.least, eta=at)
         near = mixture_around(least, known[best].u, self.rng, options=options.importance)
-        at, _ = _climbed(self.sizes(alike, near, count), at, sign, options.fine_steps)
+        at, _ = _climb(self.sizes(alike, near, count), at, sign, options.fine_steps)
         fresh = self.sizes(alike, near, count)
-        return at, noise + _climbed(fresh, at, sign, options.fine_steps)[1] - sign * fresh(at)
+        return at, noise + _climb(fresh, at, sign, options.fine_steps)[1] - sign * fresh(at)
 
 
-def _climbed(
+def _climb(
     size: Callable[[np.ndarray], float], at: np.ndarray, sign: float, steps: Sequence[float]
 ) -> tuple[np.ndarray, float]:
     """Return the place that a pattern search reaches from another, and the sign times the size."""

@@ -14,12 +14,12 @@ from flexband.analysis.probability.statements import (
     AT_EACH,
     BETWEEN,
     STATED,
-    bounded,
     error_of_runs,
     tails_are_judged,
+    with_bounds,
     withheld,
 )
-from flexband.analysis.probability.texts import LONG_NAMES, described, verdict_on
+from flexband.analysis.probability.texts import LONG_NAMES, verdict_on, with_texts
 from flexband.analysis.results import NOT_JUDGED, check_free, doubts_of, missed_tolerance
 from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
 from flexband.errors import InputError, check_integer, check_numbers, shown
@@ -213,8 +213,8 @@ def limit_probabilities(
             joined = xr.concat(each, "limit").assign_coords(limit=names)
             exact = joined["exact"]
             by_runs = joined["runs"] > 0 if "runs" in joined else exact
-            joined = bounded(joined, exact | by_runs, STATED, BETWEEN)
-            results[label] = bounded(joined, exact, AT_EACH).drop_vars("exact")
+            joined = with_bounds(joined, exact | by_runs, STATED, BETWEEN)
+            results[label] = with_bounds(joined, exact, AT_EACH).drop_vars("exact")
     result = results[""] if "" in results else _over_choices(results)
     if any(map(missed_tolerance, surrogates.values())):
         kept = {"samples", "runs", "disagreements", "probability_at", "probability_choice"}
@@ -239,7 +239,7 @@ def limit_probabilities(
         "verdict": verdict_on(result.assign_attrs(doubts=doubts)),
         "doubts": doubts,
     }
-    return described(result.assign_attrs(remark(case.space) | attrs))
+    return with_texts(result.assign_attrs(remark(case.space) | attrs))
 
 
 def _unreliable(surrogates: Mapping[str, Surrogate], *, corrected: bool) -> list[str]:

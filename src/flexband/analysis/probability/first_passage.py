@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.probability.at_each import at_each_time
-from flexband.analysis.probability.correction import Correction, corrected, with_missed
+from flexband.analysis.probability.correction import Correction, correct_probability, with_missed
 from flexband.analysis.probability.ends import EndOptions, ends, rare_at
 from flexband.analysis.probability.estimates import TWO_SIDED, Estimate, estimate
 from flexband.analysis.probability.model import ResponseModel
@@ -70,7 +70,7 @@ def first_passage(
             estimate(state, near, at, rare, accuracy, rng, options=search.importance)
             for at, rare in places_and_rare
         ]
-        unseen = [_unseen(near, at, part) for at, part in zip(eta, estimates, strict=False)]
+        unseen = [_unseen_share(near, at, part) for at, part in zip(eta, estimates, strict=False)]
         if max(unseen) <= max_unseen:
             break
     raw = [replace(part, noise=float(e)) for part, e in zip(estimates, noise, strict=False)]
@@ -86,7 +86,7 @@ def first_passage(
                     state, state, place.eta, place.known, accuracy, rng, options=search.importance
                 )
                 raw[k] = replace(raw[k], noise=place.noise)
-    eta, raw, final = _ordered(eta, raw, final)
+    eta, raw, final = _order_ends(eta, raw, final)
     dims = labels.dims[1:]
     if m:
         limited = at_each_time(state, m, known, raw, rng)
@@ -151,7 +151,7 @@ def corrected_at_worst(
 
     def judge(k: int, place: Place) -> LimitState:
         near = rare_at(searched, place.eta, n, rng, options=search)
-        there = corrected(searched, model, place.eta, near, accuracy, rng, place.noise)
+        there = correct_probability(searched, model, place.eta, near, accuracy, rng, place.noise)
         places[k].append((place, there))
         return replace(searched, missed=there.missed)
 
@@ -180,7 +180,7 @@ def _worst(
     return place, replace(correction, low=low, high=high, runs=runs)
 
 
-def _ordered(
+def _order_ends(
     eta: np.ndarray, raw: list[Estimate], final: list[Estimate | Correction]
 ) -> tuple[np.ndarray, list[Estimate], list[Estimate | Correction]]:
     """Return places and estimates of the least and the largest probability, in this order."""
@@ -211,7 +211,10 @@ def _with_errors(
     What the surrogate may miss makes intervals wider that no runs correct; also those of `each`
     time, (3, bound, …), which are changed. `raw` are estimates by the surrogate.
     """
-    stated, between = np.array([part.confidence() for part in final]).T, _between(raw, final)
+    stated, between = (
+        np.array([part.confidence() for part in final]).T,
+        _probabilities_between_times(raw, final),
+    )
     by_runs = np.array([isinstance(part, Correction) for part in final])
     if _is_exact(state, surrogate):
         pass
@@ -250,7 +253,9 @@ def _everywhere(
     return each.reshape(3, 2, *shape), places_of
 
 
-def _between(raw: Sequence[Estimate], final: Sequence[Estimate | Correction]) -> np.ndarray:
+def _probabilities_between_times(
+    raw: Sequence[Estimate], final: Sequence[Estimate | Correction]
+) -> np.ndarray:
     """Return the probabilities between the times too, and their confidence intervals, (3, bound).
 
     `raw` are those of the surrogate, `final` has what runs correct.
@@ -272,7 +277,7 @@ def _between(raw: Sequence[Estimate], final: Sequence[Estimate | Correction]) ->
     return np.sort(each, axis=1) if alike else each
 
 
-def _unseen(near: LimitState, eta: np.ndarray, raw: Estimate) -> float:
+def _unseen_share(near: LimitState, eta: np.ndarray, raw: Estimate) -> float:
     """Return which part of the samples that leave limits does so at other times than a state's."""
     out = raw.margins < 0
     missed = raw.weights[out] * (near.least(raw.u[out], eta) >= 0)

@@ -51,7 +51,7 @@ def allowance(estimate: Estimate) -> np.ndarray:
     return np.array(ends) / estimate.probability
 
 
-def bounded(result: xr.Dataset, exact: xr.DataArray, *groups: Sequence[str]) -> xr.Dataset:
+def with_bounds(result: xr.Dataset, exact: xr.DataArray, *groups: Sequence[str]) -> xr.Dataset:
     """Return a result with 0, and bounds, for rare probabilities of surrogates not `exact`.
 
     A group has the names of a probability and of the ends of its interval.

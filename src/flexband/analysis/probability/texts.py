@@ -133,7 +133,7 @@ LONG_NAMES = {
 }
 
 
-def described(result: xr.Dataset) -> xr.Dataset:
+def with_texts(result: xr.Dataset) -> xr.Dataset:
     """Give every variable a `long_name`, and probabilities the unit 1."""
     for name, words in LONG_NAMES.items():
         if name in result.variables:

@@ -20,7 +20,7 @@ from flexband.analysis.results import Variables, answer, check_free, expected_er
 from flexband.analysis.selection import AnySurrogate, Labels
 from flexband.errors import InputError, check_flag
 from flexband.uncertainty.expansions.expansion import extremes_of
-from flexband.uncertainty.inputs.narrowing import fixed
+from flexband.uncertainty.inputs.narrowing import fix_inputs
 from flexband.uncertainty.surrogates.axes import units_of
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, not_constant
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -118,7 +118,7 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
         """Return the width with some inputs fixed."""
         if len(some) == len(names):
             return np.zeros(shape)
-        substitution = fixed(surrogate.space, [member for k in some for member in members[k]])
+        substitution = fix_inputs(surrogate.space, [member for k in some for member in members[k]])
         parts = [expansion.substituted(*substitution) for expansion in surrogate.expansions]
         low, high = extremes_of(parts, sigmas=sigmas, of=(-1.0, 1.0))
         return (high.values[1] - low.values[0]).reshape(shape)

@@ -13,7 +13,7 @@ from flexband.analysis.descent import lowest_over_times
 from flexband.analysis.intervals import over_options
 from flexband.analysis.results import Variables, answer, check_free, expected_error, places
 from flexband.analysis.sampled import SampledSeries, sampling_error
-from flexband.analysis.selection import AnySurrogate, Labels, selected, surrogates_of
+from flexband.analysis.selection import AnySurrogate, Labels, select_places, surrogates_of
 from flexband.analysis.sensitivity.contributions import groups
 from flexband.analysis.sensitivity.variances import Variances, variances_of
 from flexband.errors import InputError, check_integer
@@ -77,7 +77,9 @@ def sobol_indices(
     surrogates, seed = surrogates_of(surrogate), check_integer("seed", seed, 0)
     if any(not case_surrogate.space.random_dimension for case_surrogate in surrogates.values()):
         raise InputError("surrogate must have random inputs; Sobol' indices are parts of variance")
-    parts = {label: selected(case_surrogate, at) for label, case_surrogate in surrogates.items()}
+    parts = {
+        label: select_places(case_surrogate, at) for label, case_surrogate in surrogates.items()
+    }
     answers = {label: _indices(case_surrogate, seed) for label, case_surrogate in parts.items()}
     joint = over_options(answers)
     for case_answer in answers.values():
@@ -145,14 +147,14 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
     values = number_of(defined.size, "value")
     attrs = {"undefined": f"the variance vanishes at {lost} of {values} of the outputs"}
     if errors.any():
-        attrs["sampling"] = _sampling(each, std)
+        attrs["sampling"] = _sampling_text(each, std)
     result = answer(surrogate, data, {"name": list(random_groups)}, attrs, LONG_NAMES)
     for name in {"first_order", "total", "defined", "sampling_error", "expected_error"} & {*data}:
         result[name].attrs.update(units="1")
     return result
 
 
-def _sampling(errors: np.ndarray, std: np.ndarray) -> str:
+def _sampling_text(errors: np.ndarray, std: np.ndarray) -> str:
     """Return how large errors (2, names, outputs, times) are where σ is largest, in words."""
     widest = std.argmax(axis=1)
     percent = 100 * errors[:, :, np.arange(len(widest)), widest].max()

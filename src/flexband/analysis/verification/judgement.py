@@ -14,7 +14,7 @@ from flexband.uncertainty.surrogates.sigmas import growth, relative_to_bars
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
-def judged(
+def judge_by_runs(
     surrogate: Surrogate,
     runs: tuple[np.ndarray, np.ndarray, np.ndarray],
     missed: np.ndarray,

@@ -32,7 +32,7 @@ from flexband.analysis.results import error_of, remarks_on
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.verification import MAX_RUNS, RUNS
 from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
-from flexband.analysis.verification.judgement import judged
+from flexband.analysis.verification.judgement import judge_by_runs
 from flexband.errors import check_integer
 from flexband.progress import Progress, counted
 from flexband.remarks.collection import as_attribute
@@ -40,7 +40,11 @@ from flexband.response import ResponseFunction
 from flexband.uncertainty.expansions.bounds.discs import in_discs
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates
-from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals, stretched
+from flexband.uncertainty.inputs.sampling import (
+    latin_hypercube_normals,
+    of_normals,
+    stretch_samples,
+)
 from flexband.uncertainty.surrogates.axes import axes_of, units_of
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.diagnostics import (
@@ -173,13 +177,13 @@ def verify(
         advance(0)
         for label, case_surrogate in surrogates.items():
             run = runs_of(case_surrogate, label, advance)
-            surrogates[label] = _verified(case_surrogate, run, runs, sigmas, seed)
+            surrogates[label] = _verify(case_surrogate, run, runs, sigmas, seed)
     if isinstance(surrogate, SurrogateOfChoices):
         return replace(surrogate, surrogates=surrogates)
     return surrogates[""]
 
 
-def _verified(
+def _verify(
     surrogate: Surrogate,
     run: Runs,
     runs: int,
@@ -205,7 +209,7 @@ def _verified(
     spread = np.ptp(F, axis=0).max(axis=-1) + missed.max(axis=(0, 2)) + width
     missed[:, ~units_of(labels).varies(spread, size)] = 0.0  # what is constant has no error
     width = np.maximum(width, round_off := options.round_off * size + TINY)
-    square, claim = np.mean(missed**2, axis=2), _expected(surrogate)
+    square, claim = np.mean(missed**2, axis=2), _expected_error(surrogate)
     part, left_out_eta = share(int(left_out.sum())) * growth(sigmas), eta[good][:, left_out]
     weighted = points.weight[good, None] * square
     missed_by = np.sqrt(weighted.mean(axis=0))
@@ -244,7 +248,7 @@ def _verified(
     attrs |= _judgement(checked.assign_attrs(attrs), surrogate, good, sampled)
     checked = checked.assign_attrs(attrs)
     verified = replace(surrogate, verification=checked)
-    return judged(verified, (xi[good], eta[good], F), missed, points.weight[good])
+    return judge_by_runs(verified, (xi[good], eta[good], F), missed, points.weight[good])
 
 
 def _judgement(
@@ -340,14 +344,14 @@ def _points(
         rows = np.setdiff1d(np.flatnonzero(kind), second)
         draw = int(rng.integers(2**31))
         normals[rows] = latin_hypercube_normals(len(rows), normals.shape[1], draw)
-    normals[~sample], weight[~sample] = stretched(normals[~sample], options.farthest, rng)
+    normals[~sample], weight[~sample] = stretch_samples(normals[~sample], options.farthest, rng)
     normals[second], weight[second] = normals[first], weight[first]
     xi = of_normals(normals, space.families)
     names = np.where(anywhere, "anywhere", np.array(["lower bound", "upper bound"])[bound])
     return VerificationPoints(xi, eta, weight, sample & anywhere, names.tolist(), pairs), width
 
 
-def _expected(surrogate: Surrogate) -> np.ndarray | None:
+def _expected_error(surrogate: Surrogate) -> np.ndarray | None:
     """Return the error expected of μ ± σ of the expansion at any point, (outputs, times)."""
     names = "pointwise_error", "error_bar_expansion_error", "error_bar_expected_error"
     name, error = error_of(surrogate.diagnostics, surrogate.labels, names)

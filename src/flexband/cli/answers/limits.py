@@ -146,7 +146,7 @@ def limits_of(
     if not sides:
         known = during is None and (result.folder / FileName.STUDY).is_file()
         if known and (known_limits := several(result.study(trust=trust).requirements)):
-            chosen = selected(known_limits, only)
+            chosen = select_limits(known_limits, only)
             return around_nominal(chosen, result.folder, result.surrogate, result.display)
         raise UsageError(
             "limits requires --below or --above, as in --below F_X=345, unless the study has limits"
@@ -157,7 +157,7 @@ def limits_of(
     return output_limits
 
 
-def selected(limits: Sequence[fb.Requirement], only: list[str]) -> list[fb.Requirement]:
+def select_limits(limits: Sequence[fb.Requirement], only: list[str]) -> list[fb.Requirement]:
     """Return the limits of some outputs, all if none is named; raise `UsageError` for others."""
     names = dict.fromkeys(limit.output or "response" for limit in limits)
     for name in only:

@@ -16,7 +16,7 @@ def write(canvas: Canvas) -> None:
     grey = Lettering("length")
     labels = canvas.labels + [Label(p.mean(axis=0), text, False, grey) for p, text, _ in short]
     boxes: list[tuple[np.ndarray, np.ndarray]] = []
-    for label in sorted(_merged(canvas, labels), key=lambda label: -len(label.text)):
+    for label in sorted(_merge_labels(canvas, labels), key=lambda label: -len(label.text)):
         _write_label(canvas, label, boxes)
     if canvas.notes:
         canvas.surface.note("without a place: " + ", ".join(canvas.notes))
@@ -66,7 +66,7 @@ def _refined(line: np.ndarray) -> np.ndarray:
     return np.stack([np.interp(even, way, axis) for axis in line.T], axis=1)
 
 
-def _merged(canvas: Canvas, labels: list[Label]) -> list[Label]:
+def _merge_labels(canvas: Canvas, labels: list[Label]) -> list[Label]:
     """Return the labels, with those of the same place and style joined."""
     merged: dict[Any, Label] = {}
     for label in labels:

@@ -13,7 +13,7 @@ JsonRecord = dict[str, Any]
 """What JSON can hold: texts, numbers, lists, packed arrays and other records, by name."""
 
 
-def packed(values: ArrayLike, quantum: float | None = None) -> JsonRecord:
+def pack(values: ArrayLike, quantum: float | None = None) -> JsonRecord:
     """Return an array as a JSON record: its `shape`, compressed `data` and `bytes` per number.
 
     Numbers are rounded to multiples of `quantum`, if these are finite and have at most 32 bits; by

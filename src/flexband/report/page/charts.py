@@ -9,7 +9,7 @@ import xarray as xr
 
 from flexband.analysis.results import ERRORS
 from flexband.analysis.selection import AnySurrogate
-from flexband.report.page.arrays import JsonRecord, packed
+from flexband.report.page.arrays import JsonRecord, pack
 from flexband.report.text.drawable import drawable_outputs, series
 from flexband.report.text.numbers import number
 from flexband.report.text.tables import Table, deviations, outputs_of, select, unit_of
@@ -49,7 +49,7 @@ def chart_data(
         "x": {
             "name": free[0],
             "unit": unit_of_variable(x, "s" if free[0] == "time" else ""),
-            "values": packed(x.values),
+            "values": pack(x.values),
         },
         "bar": f"μ ± {deviations(bands)}",
         "inputs": inputs,
@@ -79,27 +79,27 @@ def _output(
     chart: JsonRecord = {
         "name": name or "response",
         "unit": str(output_bands["unit"].values) if "unit" in output_bands.coords else "",
-        "mean": packed(series(bands["mean"], name)[1], quantum),
-        "error_bar": packed(bar, quantum),
+        "mean": pack(series(bands["mean"], name)[1], quantum),
+        "error_bar": pack(bar, quantum),
         "rings": bool("carriers" in output_bands and np.any(output_bands["carriers"].values > 0)),
     }
     if error := next((name for name in ERRORS if name in output_bands), None):
-        chart["error"] = packed(output_bands[error].values, quantum)
+        chart["error"] = pack(output_bands[error].values, quantum)
         parts = {words: part for part, words in PARTS.items() if part in output_bands}
-        chart["errors"] = {k: packed(output_bands[v].values, quantum) for k, v in parts.items()}
+        chart["errors"] = {k: pack(output_bands[v].values, quantum) for k, v in parts.items()}
     if "error_bar_at" in output_bands:
         worst = output_bands["error_bar_at"].transpose("input", "bound", ...)
-        chart["worst"] = packed(worst.values)
+        chart["worst"] = pack(worst.values)
     if nominal is not None:
         values = series(nominal, name)[1]
-        chart["nominal"] = packed(values, quantum)
+        chart["nominal"] = pack(values, quantum)
         chart["narrow"] = bool(width < narrow * np.ptp(values))
     if contributions is not None and name in outputs_of(contributions["width"]):
         each, coarse = select(contributions, name)["contribution"], 100 * DIGITS * width or None
         chart["contributions"] = {
             "names": [str(k) for k in contributions["name"].values],
-            "values": packed(each.transpose("name", ...).values, coarse),
-            "width": packed(series(contributions["width"], name)[1], coarse),
+            "values": pack(each.transpose("name", ...).values, coarse),
+            "width": pack(series(contributions["width"], name)[1], coarse),
         }
     if limits is not None:
         chart["limits"] = _limits(limits, output_bands, name)
@@ -130,7 +130,7 @@ def _limits(limits: xr.Dataset, output_bands: xr.Dataset, name: str) -> list[Jso
         for side in ("below", "above"):
             values = np.broadcast_to(limit[side].values, output_bands["mean"].shape[1:])
             if np.any(np.isfinite(values)):
-                curve = packed(np.where(np.isfinite(values), values, np.nan))
+                curve = pack(np.where(np.isfinite(values), values, np.nan))
                 curves.append({"name": str(limit["limit"].values), "side": side, "values": curve})
     return curves
 

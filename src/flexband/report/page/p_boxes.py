@@ -8,7 +8,7 @@ import xarray as xr
 from flexband.analysis.p_boxes import VALUES, p_box
 from flexband.analysis.results import AnswerRecord
 from flexband.analysis.selection import AnySurrogate, surrogates_of
-from flexband.report.page.arrays import JsonRecord, packed
+from flexband.report.page.arrays import JsonRecord, pack
 from flexband.report.text.tables import outputs_of
 from flexband.study.presentation.display import Display
 
@@ -57,8 +57,8 @@ def p_box_data(boxes: xr.Dataset | None, bands: xr.Dataset, display: Display) ->
     return {
         "places": boxes["place"].values.tolist(),
         "samples": int(AnswerRecord.read(boxes).samples),
-        "values": [packed(output.values) for output in boxes["value"]],
-        "distribution": [packed(output.values, 1e-6) for output in boxes["distribution"]],
+        "values": [pack(output.values) for output in boxes["value"]],
+        "distribution": [pack(output.values, 1e-6) for output in boxes["distribution"]],
         "error": boxes["sampling_error"].values.tolist(),
     }
 

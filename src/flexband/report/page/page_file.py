@@ -53,10 +53,12 @@ def check_shown(folder: Path, given: JsonRecord) -> None:
         if StudyFolder(folder).has({name: checksum}):
             continue
         what = "is not as written" if (folder / name).exists() else "is missing"
-        raise InputError(f"{folder / name}, which the report shows, {what}; {restored(name)}")
+        raise InputError(
+            f"{folder / name}, which the report shows, {what}; {restoring_command(name)}"
+        )
 
 
-def restored(name: str) -> str:
+def restoring_command(name: str) -> str:
     """Return which command writes an answer, or its picture, again."""
     answer = name.rpartition(".")[0]
     if answer in WRITTEN_BY_RUN:

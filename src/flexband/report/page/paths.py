@@ -7,7 +7,7 @@ import xarray as xr
 
 from flexband.analysis.paths import path
 from flexband.analysis.selection import AnySurrogate
-from flexband.report.page.arrays import JsonRecord, packed
+from flexband.report.page.arrays import JsonRecord, pack
 from flexband.report.text.tables import deviations, outputs_of
 from flexband.rounding import unit_of_variable
 from flexband.study.presentation.display import Display
@@ -56,10 +56,10 @@ def path_data(tube: xr.Dataset | None, display: Display) -> JsonRecord | None:
         "names": [str(tube[name].attrs["output"]) for name in "xy"],
         "unit": unit_of_variable(tube["x"]),
         "bar": f"μ ± {deviations(tube)}" if "sigmas" in tube.attrs else "a part of the samples",
-        "places": packed(tube[free].isel(some).values if free in tube.coords else np.arange(0)),
-        "nominal": packed([tube[f"{name}_nominal"].values for name in "xy"], quantum),
+        "places": pack(tube[free].isel(some).values if free in tube.coords else np.arange(0)),
+        "nominal": pack([tube[f"{name}_nominal"].values for name in "xy"], quantum),
         "step": step,
-        "reach": packed(tube["radius"].values, quantum),
-        "vertices": packed(vertices, quantum),
+        "reach": pack(tube["radius"].values, quantum),
+        "vertices": pack(vertices, quantum),
         "radius": radius,
     }

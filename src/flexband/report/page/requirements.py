@@ -9,7 +9,7 @@ import xarray as xr
 
 from flexband.analysis.limits.verdicts import LimitCheck, requirement_verdicts
 from flexband.remarks.collection import remarks_of
-from flexband.report.text.remarks import remark_line, standing, untouched_by
+from flexband.report.text.remarks import remark_line, standing_remarks, untouched_by
 from flexband.report.text.verdicts import verdict_text
 from flexband.requirements.verdict import RequirementVerdict, Verdict, worst_of
 
@@ -37,7 +37,7 @@ def judged_requirements(
     return JudgedRequirements(
         met=worst_of(verdicts) is Verdict.PASS,
         lines=[
-            (str(each.verdict), verdict_text(each), list(map(remark_line, standing(each))))
+            (str(each.verdict), verdict_text(each), list(map(remark_line, standing_remarks(each))))
             for each in verdicts
         ],
         other_remarks=list(map(remark_line, untouched_by(verdicts, remarks))),

@@ -10,13 +10,13 @@ from matplotlib.colors import to_rgba
 
 from flexband.errors import InputError, check_instance
 from flexband.report.plot.series import (
-    bounded,
     deviation,
     fill,
     label,
     legend_above,
     literal,
     output_of,
+    with_bounds,
     with_unit,
 )
 from flexband.report.plot.style import DARK, LIGHT, LINES, MIDDLE, axes_of
@@ -71,7 +71,7 @@ def deviations(
     InputError
         As `bands`, and if the nominal run has other outputs or times than the bands.
     """
-    mean = bounded("bands", bands, "mean", "propagate")
+    mean = with_bounds("bands", bands, "mean", "propagate")
     if nominal is None:
         nominal = mean.mean("bound")
     check_instance("nominal", nominal, xr.DataArray, "a DataArray as Study.nominal returns it")
@@ -127,7 +127,7 @@ def bounds(
         If `found` has no such variable with bounds or no such output, or if it depends on more
         than one variable, besides the probability or the input.
     """
-    data = bounded("found", found, variable)
+    data = with_bounds("found", found, variable)
     output = output_of(data, output)
     parts = {"": data}
     for dim, formatter in (
@@ -162,7 +162,7 @@ def p_box(found: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     InputError
         If `found` is no result of `p_box`.
     """
-    bounds = bounded("found", found, "distribution", "p_box")
+    bounds = with_bounds("found", found, "distribution", "p_box")
     output = str(found["output"].values) if "output" in found.coords else ""
     unit = found["unit"].values if "unit" in found.coords else unit_of_variable(found["value"])
     ax = axes_of(ax)
@@ -184,7 +184,7 @@ def _bands(
     }
     drawn, name = {}, ""
     for variable in looks:
-        data = bounded("bands", bands, variable, "propagate")
+        data = with_bounds("bands", bands, variable, "propagate")
         name = output_of(data, output)
         x, values = series(data, name)
         drawn[variable] = x, values - (0.0 if nominal is None else series(nominal, name)[1])

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FormatStrFormatter, LogLocator
 
 from flexband.errors import InputError, check_option, shown
-from flexband.report.plot.series import bounded, label, literal, output_of
+from flexband.report.plot.series import label, literal, output_of, with_bounds
 from flexband.report.plot.style import LINES, axes_of
 from flexband.report.text.drawable import series
 from flexband.report.text.tables import select
@@ -45,7 +45,7 @@ def comparison(
     if not isinstance(results, Mapping) or not results:
         raise InputError(f"results must map names to results of propagate; got {shown(results)}")
     all_bounds = {
-        str(k): bounded(f"results[{k!r}]", bands, variable, "propagate")
+        str(k): with_bounds(f"results[{k!r}]", bands, variable, "propagate")
         for k, bands in results.items()
     }
     drawn = {k: series(bounds, output_of(bounds, output)) for k, bounds in all_bounds.items()}

@@ -24,7 +24,7 @@ WIDTH, HEIGHT = 5.6, 2.5
 
 def bands_figure(results: Mapping[str, xr.Dataset], output: str) -> Figure:
     """Draw interval mean and interval error bar of one output, of bands by their labels."""
-    figure, rows = _stacked(2)
+    figure, rows = _stacked_axes(2)
     titles = bounds(next(iter(results.values())))
     for axes, (variable, title) in zip(rows, titles.items(), strict=True):
         legend_above(plot.comparison(results, output, variable=variable, ax=axes))
@@ -34,7 +34,7 @@ def bands_figure(results: Mapping[str, xr.Dataset], output: str) -> Figure:
 
 def response_figure(response: xr.DataArray, outputs: Sequence[str]) -> Figure:
     """Draw the outputs of one response below each other."""
-    figure, rows = _stacked(len(outputs))
+    figure, rows = _stacked_axes(len(outputs))
     for axes, output in zip(rows, outputs, strict=True):
         plot.response(response, output, ax=axes)
         axes.label_outer()
@@ -46,7 +46,7 @@ def variance_error_figure(
     fields: Mapping[str, RandomField], along: Mapping[str, str] | None = None
 ) -> Figure:
     """Draw the variance error of random fields against position or time, Eq. (31)."""
-    figure, (axes,) = _stacked(1)
+    figure, (axes,) = _stacked_axes(1)
     kinds = {(along or {}).get(name, "") for name in fields}
     kind = kinds.pop() if len(kinds) == 1 else ""
     plot.variance_error(fields, along=kind, ax=axes).set(
@@ -58,7 +58,7 @@ def variance_error_figure(
 def fields_figure(fields: Mapping[str, Field], along: Mapping[str, str] | None = None) -> Figure:
     """Draw some realizations of each field along "position" or "time", with its limits."""
     along = along or {}
-    figure, rows = _stacked(len(fields))
+    figure, rows = _stacked_axes(len(fields))
     for axes, (name, field) in zip(rows, fields.items(), strict=True):
         title_above(plot.field(field, name, along=along.get(name, ""), ax=axes), field.summary)
     return figure
@@ -66,7 +66,7 @@ def fields_figure(fields: Mapping[str, Field], along: Mapping[str, str] | None =
 
 def errors_figure(results: Sequence[Comparison], output: str) -> Figure:
     """Draw relative errors of one output against runs, one line per class of methods."""
-    figure, rows = _stacked(2)
+    figure, rows = _stacked_axes(2)
     for axes, variable in zip(rows, ("mean", "error_bar"), strict=True):
         plot.errors(results, output, variable=variable, ax=axes)
     return figure
@@ -75,7 +75,7 @@ def errors_figure(results: Sequence[Comparison], output: str) -> Figure:
 def contributions_figure(contributions: xr.Dataset, variable: str = "contribution") -> Figure:
     """Draw, for every output, what widens the error bar, from a result of `contributions`."""
     outputs = outputs_of(contributions["width"])
-    figure, rows = _stacked(len(outputs))
+    figure, rows = _stacked_axes(len(outputs))
     for axes, output in zip(rows, outputs, strict=True):
         plot.contributions(contributions, output, variable=variable, ax=axes)
     return figure
@@ -84,7 +84,7 @@ def contributions_figure(contributions: xr.Dataset, variable: str = "contributio
 def bounds_figure(answer: xr.Dataset, name: str) -> Figure:
     """Draw the lower and the upper bounds of a variable, the outputs below each other."""
     outputs = outputs_of(answer[name])
-    figure, rows = _stacked(len(outputs))
+    figure, rows = _stacked_axes(len(outputs))
     if name == "distribution":
         plot.p_box(answer, ax=rows[0])
         return figure
@@ -96,7 +96,7 @@ def bounds_figure(answer: xr.Dataset, name: str) -> Figure:
 
 def derived_figure(bands: xr.Dataset) -> Figure:
     """Draw the error bar of a quantity and, below it, its range, from a result of `derived`."""
-    figure, rows = _stacked(2)
+    figure, rows = _stacked_axes(2)
     titles = {
         "error_bar": f"μ ± {deviations(bands)} over all values of the interval inputs",
         "range": f"range of {100 * bands.attrs['probability']:g} % of the values, over all "
@@ -114,7 +114,7 @@ def limits_figure(checked: xr.Dataset, probability: xr.Dataset | None = None) ->
     groups = {u: checked.isel(limit=np.flatnonzero(units == u)) for u in dict.fromkeys(units)}
     close = [unit for unit, limits in groups.items() if too_small_to_see(limits)]
     likely = is_likely(probability)
-    figure, rows = _stacked(len(groups) + len(close) + likely)
+    figure, rows = _stacked_axes(len(groups) + len(close) + likely)
     free = iter(rows)
     for unit, limits in groups.items():
         plot.margins(limits, ax=next(free)).sharex(rows[0])
@@ -145,7 +145,7 @@ def allocation_figure(allocation: xr.Dataset) -> Figure:
     """Draw tolerances, and below, if there are any over time, the margins that they leave."""
     margins = "margin" in allocation and allocation["margin"].ndim == 2
     close = margins and too_small_to_see(allocation)
-    figure, rows = _stacked(1 + margins + close)
+    figure, rows = _stacked_axes(1 + margins + close)
     plot.tolerances(allocation, ax=rows[0])
     if margins:
         plot.margins(allocation, ax=rows[1])
@@ -154,7 +154,7 @@ def allocation_figure(allocation: xr.Dataset) -> Figure:
     return figure
 
 
-def _stacked(count: int) -> tuple[Figure, list[Axes]]:
+def _stacked_axes(count: int) -> tuple[Figure, list[Axes]]:
     """Return a figure with axes below each other."""
     figure = Figure(figsize=(WIDTH, HEIGHT * max(count, 1)), layout="constrained")
     return figure, list(figure.subplots(count, 1, squeeze=False)[:, 0])

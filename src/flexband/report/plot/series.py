@@ -28,7 +28,7 @@ def variable_of(name: str, result: Any, variable: str, of: str) -> xr.DataArray:
     return result[variable]
 
 
-def bounded(name: str, result: Any, variable: str, of: str = "an analysis") -> xr.DataArray:
+def with_bounds(name: str, result: Any, variable: str, of: str = "an analysis") -> xr.DataArray:
     """Return a variable of a result with a lower and an upper bound, along the first dim."""
     check_instance("variable", variable, str, "the name of a variable")
     data = variable_of(name, result, variable, of)

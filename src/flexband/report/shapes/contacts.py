@@ -22,7 +22,7 @@ PLAY = 3.0
 """Least clearance [pt] that is drawn; a smaller one is drawn larger, and its name says so."""
 
 
-def enlarged(sketch: Sketch, name: str, clearance: ArrayLike) -> tuple[float, str]:
+def enlarged_clearance(sketch: Sketch, name: str, clearance: ArrayLike) -> tuple[float, str]:
     """Return the size [pt] with which a clearance is drawn, and the name that says so."""
     size = sketch.scene.start.number(clearance) / sketch.unit
     factor = PLAY / size
@@ -39,7 +39,7 @@ def add_pin(
 ) -> None:
     """Add a pin in its hole; where the clearance is enlarged, so is the pin's way in it."""
     pin, hole = sketch.points(ends.points)
-    play, said = enlarged(sketch, name, clearance)
+    play, said = enlarged_clearance(sketch, name, clearance)
     way = play * sketch.unit / sketch.scene.start.number(clearance)
     size = max(sketch.scene.start.number(radius) / sketch.unit, 4.0)
     place = Stroke([LocalFrame(hole, ends=(hole, pin), shares=True)], np.array([[way, 0, 0, 0.0]]))

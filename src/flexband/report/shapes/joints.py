@@ -16,7 +16,7 @@ from flexband.mechanics.joints.joints import Distance, Prismatic, Revolute, Slot
 from flexband.mechanics.joints.switched import Switched
 from flexband.mechanics.kernels.forms import Vector, add, scale, section_normal, subtract
 from flexband.mechanics.sensors.motion import SensorModel
-from flexband.report.shapes.contacts import add_pin, enlarged
+from flexband.report.shapes.contacts import add_pin, enlarged_clearance
 from flexband.report.shapes.scene import body_of, pin_between
 from flexband.report.shapes.shapes import Length, LocalFrame, Stroke, at, in_points
 from flexband.report.shapes.sketch import (
@@ -142,7 +142,7 @@ def _(joint: Prismatic, sketch: Sketch, name: str) -> None:
         block, said = in_points(frame, slider * (13, 7)), name
     else:
         half, side = (sketch.scene.start.number(x) / 2 for x in (joint.length, joint.height))
-        play, said = enlarged(sketch, name, joint.clearance)
+        play, said = enlarged_clearance(sketch, name, joint.clearance)
         frame = _add_guide(sketch, joint, name, (half, side), (12.0, play))
         turn = np.arctan2(joint.axis[1], joint.axis[0]) - sketch.scene.start.number(joint.angle)
         axis = sketch.tracks.axis(joint.first, (float(np.cos(turn)), float(np.sin(turn))))

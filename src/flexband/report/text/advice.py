@@ -20,7 +20,7 @@ def advice_on(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]
     attrs, lines = bands.attrs, list[str]()
     reasons = shortfalls(bands, checked)
     if Shortfall.RINGING not in reasons and of_attributes(attrs):
-        lines.append(_ringing(attrs))
+        lines.append(_ringing_text(attrs))
     for reason in reasons:
         lines.append(SENTENCES[reason](attrs))
         if reason in (Shortfall.BUDGET, Shortfall.KINKS):
@@ -46,7 +46,7 @@ def _of_discretization(attrs: Attributes, finer: str) -> str:
     )
 
 
-def _ringing(attrs: Attributes) -> str:
+def _ringing_text(attrs: Attributes) -> str:
     worst = of_attributes(attrs)[0]
     return (
         f"{worst.output or 'The response'} rings at {worst.frequency:.3g} Hz from the start, by up "
@@ -56,7 +56,7 @@ def _ringing(attrs: Attributes) -> str:
 
 def _of_start(attrs: Attributes) -> str:
     return (
-        f"{_unmet(attrs)} NOT met: {_ringing(attrs)}; start softly (fb.ramp for drives, "
+        f"{_unmet(attrs)} NOT met: {_ringing_text(attrs)}; start softly (fb.ramp for drives, "
         "start='static' or start='periodic'), or require nothing before it has decayed"
     )
 

@@ -16,7 +16,7 @@ def remark_line(remark: CollectedRemark) -> str:
     return remark.worst.text + runs
 
 
-def standing(verdict: RequirementVerdict) -> Sequence[CollectedRemark]:
+def standing_remarks(verdict: RequirementVerdict) -> Sequence[CollectedRemark]:
     """Return the remarks that touch a verdict and are not in its own line."""
     return verdict.remarks[1:] if verdict.reason is Reason.REMARK else verdict.remarks
 

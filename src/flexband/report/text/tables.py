@@ -15,7 +15,7 @@ from flexband.study.comparison import Comparison
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.bands import BandRecord
-from flexband.uncertainty.surrogates.diagnostics import unseen
+from flexband.uncertainty.surrogates.diagnostics import unseen_share
 from flexband.uncertainty.surrogates.sigmas import bars_vary, relative_errors, with_relative_errors
 from flexband.uncertainty.surrogates.verdicts import Confirmation, VerificationRecord
 from flexband.words import number_of
@@ -76,7 +76,11 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
         ]
         spans = [" … ".join(ends[:2]), " … ".join(ends[2:])]
         rows.append([f"{name or 'response'}{unit}", *spans])
-        at, error, new = "", "", _confirmed(name, output_bands, checked, constant=name in still)
+        at, error, new = (
+            "",
+            "",
+            _confirmation_cell(name, output_bands, checked, constant=name in still),
+        )
         if name in still:
             rows[-1] += [CONSTANT, at, error, *new]
             continue
@@ -91,7 +95,7 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
     return header, rows
 
 
-def _confirmed(
+def _confirmation_cell(
     name: str, output_bands: xr.Dataset, checked: xr.Dataset | None, *, constant: bool
 ) -> list[str]:
     """Return the cell that tells whether new runs confirm the bands of an output; none without."""
@@ -182,7 +186,9 @@ def error_in_words(bands: xr.Dataset) -> str:
         up_to, whose = ("up to ", "their") if len(small) > 1 else ("", "its")
         text += f"; ± {up_to}{percent(max(small.values()))} of {whose} own, much smaller width"
         text += f" for {', '.join(small)}"
-    at_times = f". At single times: up to ± {at}" if (at := worst_time(bands)) else averaged(bands)
+    at_times = (
+        f". At single times: up to ± {at}" if (at := worst_time(bands)) else averaging_text(bands)
+    )
     return f"{text}{at_times}."
 
 
@@ -209,7 +215,7 @@ def worst_time(bands: xr.Dataset) -> str:
     return f"{percent(float(parts[worst].max()))} ({of_output}{time} {stamp} {unit}".rstrip() + ")"
 
 
-def averaged(bands: xr.Dataset) -> str:
+def averaging_text(bands: xr.Dataset) -> str:
     """Return over what expected errors are averaged, in words after a comma; or nothing."""
     time = time_of(bands)
     return "" if time is None else f", mean over {time}"
@@ -280,11 +286,11 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
         sampled = checks if generic is None else generic
         source = "the verification runs that are missed most"
         if not record.judged_by:
-            missed = percent(unseen(sampled))
+            missed = percent(unseen_share(sampled))
             source = f"{number_of(checks, 'held-out run')}, which can miss what happens in {missed}"
             source += " of the space"
         lines.append(
-            f"Expected error{averaged(bands)}: {percent(record.expected_error)} of the error "
+            f"Expected error{averaging_text(bands)}: {percent(record.expected_error)} of the error "
             f"bar's width ({source})"
         )
         lines += [
@@ -309,7 +315,8 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
         if generic is not None:
             lines.append(
                 "A rare effect (a stop that few parts reach) may be missed: the checks find one "
-                f"reliably only if it covers {percent(unseen(sampled))} of the input range or more"
+                f"reliably only if it covers {percent(unseen_share(sampled))} of the input range "
+                "or more"
             )
         if record.discretization:
             chosen = " (chosen by the method)" if record.halved is not None else ""
@@ -321,7 +328,7 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
                 "has errors in parts of its own width"
             )
         if record.same_counts:
-            of_all = percent(unseen(record.runs_fitted + checks))
+            of_all = percent(unseen_share(record.runs_fitted + checks))
             lines.append(
                 f"{record.same_counts}: all runs count the same at all times, but up to {of_all} "
                 "of all parts may count a change earlier or later"

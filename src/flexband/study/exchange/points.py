@@ -15,7 +15,7 @@ from flexband.execution.names import FileName
 from flexband.files import read_unlinked, replaced
 from flexband.study.exchange.columns import column_names, read_csv, write_csv
 from flexband.uncertainty.inputs.constants import Constant
-from flexband.uncertainty.inputs.evaluation import aligned
+from flexband.uncertainty.inputs.evaluation import align_batch
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.inputs.unfolding import GivenInputs, cases
 
@@ -152,7 +152,7 @@ def _netcdf(file: Path, labels: xr.DataArray) -> list[tuple[int, np.ndarray, str
         with xr.open_dataset(file, engine="scipy", decode_timedelta=False) as opened:
             dataset = opened.load()
         outputs, numbers = dataset["outputs"], dataset["number"].values
-        aligned_outputs = aligned(
+        aligned_outputs = align_batch(
             outputs.rename({str(dataset["number"].dims[0]): "sample"}), labels
         )
         aligned_outputs = aligned_outputs.transpose(*labels.dims)

@@ -10,7 +10,7 @@ import numpy as np
 
 from flexband.errors import InputError, RunError
 from flexband.progress import listener
-from flexband.uncertainty.adaptive.choice import BestFits, released
+from flexband.uncertainty.adaptive.choice import BestFits, release
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import BATCH, PartsFit, Split, compared_times
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
@@ -29,8 +29,8 @@ from flexband.uncertainty.adaptive.runs import (
     RareRuns,
     ResponseRuns,
     RunBuffer,
-    evaluated,
-    succeeded,
+    evaluate_runs,
+    successful_runs,
 )
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import Evaluate, quantities
@@ -123,7 +123,7 @@ class Adaptation:
         if len(known[0]):
             held = known[2].reshape(-1, *runs.values.shape[1:])
             runs = ResponseRuns.joined(runs, ResponseRuns(known[0], known[1], held))
-        self.made = RunBuffer(succeeded(runs, count), count, most)  # fitted, and held out
+        self.made = RunBuffer(successful_runs(runs, count), count, most)  # fitted, and held out
         self.generic = len(self.held.values)
         self.rare, self.rare_budget = RareRuns.none(runs), self.options.max_rare_runs
         self.places, self.sloped = np.zeros((0, m)), False
@@ -195,7 +195,7 @@ class Adaptation:
             del self.choice, self.error  # the memory of what they missed is free
         F, known = self.made.all.values, len(in_use)
         stages = decompose(F, self.dt) if self.phase_resolved else [Stage([], F)]
-        fits = chain(released(in_use), map(self._fit, stages))
+        fits = chain(release(in_use), map(self._fit, stages))
         arguments = self.fitted, self.held, self.generic, self.rare, self.design.weights
         self.choice = BestFits.from_fits(fits, *arguments, known)
         m = self.places.shape[1]
@@ -229,7 +229,7 @@ class Adaptation:
         if len(design) == known:
             return StopReason.ORDERS_USED
         xi, eta = (v[known:] for v in design.points)
-        self.made.fit(evaluated(self.evaluate, xi, eta, len(xi)))
+        self.made.fit(evaluate_runs(self.evaluate, xi, eta, len(xi)))
         self.design = design
         self._judge()
         return None
@@ -247,7 +247,7 @@ class Adaptation:
         space, sampled, held = self.space, self.fitted, self.held
         m, families, discs = space.interval_dimension, space.families, space.discs
         self.design = NestedDesign.first(m, families, budget, discs)
-        new = evaluated(self.evaluate, *self.design.points, len(self.design))
+        new = evaluate_runs(self.evaluate, *self.design.points, len(self.design))
         parts = held.which(slice(self.generic)), sampled, held.which(slice(self.generic, None))
         self.generic += len(sampled.values)
         runs = ResponseRuns.joined(new, *parts)
@@ -278,7 +278,7 @@ class Adaptation:
         self.places = np.concatenate([self.places, places])
         eta = np.repeat(places, count // len(places) if families else 1, axis=0)
         xi, _ = generic_points(len(self.held.values), len(eta), m, families)
-        self.made.hold(evaluated(self.evaluate, xi, eta))
+        self.made.hold(evaluate_runs(self.evaluate, xi, eta))
         if rare:
             self.sloped = True
             self._run_rare(rare._replace(eta=np.resize(places, rare.eta.shape)))

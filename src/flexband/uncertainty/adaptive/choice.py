@@ -28,7 +28,7 @@ class ChoiceOptions(NamedTuple):
     max_times: int = 128  # at which growth at rare values is evaluated
 
 
-def released(fits: list[PartsFit]) -> Iterator[PartsFit]:
+def release(fits: list[PartsFit]) -> Iterator[PartsFit]:
     """Yield fits, and remove them from the list, so that those not chosen leave the memory."""
     while fits:
         yield fits.pop(0)

@@ -15,7 +15,7 @@ from flexband.uncertainty.expansions.expansion import (
     Expansion,
     Extremes,
     extremes_of,
-    joined,
+    join_outputs,
 )
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.sampling import of_normals
@@ -25,10 +25,10 @@ from flexband.uncertainty.surrogates.diagnostics import (
     missed_part,
     of_bands,
     rms,
-    running,
+    running_rms,
     share,
     unseen_steps,
-    varying,
+    varying_outputs,
 )
 
 
@@ -58,7 +58,7 @@ class ExpectedError:
         xi = of_normals(np.concatenate([np.eye(n), -np.eye(n)]), families)
         at = xi, np.zeros((2 * n, m))
         parts = [expansion.evaluate(*at) for expansion in self.expansions]
-        values = joined(self.expansions, parts, 1)
+        values = join_outputs(self.expansions, parts, 1)
         differences = (values[:n] - values[n:]) / 2 / self.width[:, None]
         return differences.reshape(n, -1)
 
@@ -73,7 +73,9 @@ class ExpectedError:
     def moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return μ and σ at places η at some of the times, each (places, outputs, times)."""
         moments = [expansion.moments(eta) for expansion in self.expansions]
-        mean, std = (joined(self.expansions, values, 1) for values in zip(*moments, strict=True))
+        mean, std = (
+            join_outputs(self.expansions, values, 1) for values in zip(*moments, strict=True)
+        )
         return mean, std
 
     @cached_property
@@ -92,7 +94,7 @@ class ExpectedError:
             )
             for expansion in self.expansions
         ]
-        both = of_bands(joined(self.expansions, errors, 2))
+        both = of_bands(join_outputs(self.expansions, errors, 2))
         order = np.argsort(self.times)
         edges = [(0, 0)] * 2 + [(1, 1)]
         around = np.pad(both[..., order], edges, mode="edge")
@@ -185,7 +187,7 @@ class ExpectedError:
         values = part * np.hypot(np.sqrt(square), choice.overshoot)
         period = 1 / (choice.frequencies[0] * dt) if choice.frequencies else times / 50
         window = min(max(1, round(period)), times)
-        values = running(values, window)
+        values = running_rms(values, window)
         values = np.maximum(values, np.finfo(float).eps * size[:, None])
-        size = np.where(varying(F, units), size, np.inf)
+        size = np.where(varying_outputs(F, units), size, np.inf)
         return ExpectedError(choice, values, size, window, missed, quantities, unseen_steps(F))

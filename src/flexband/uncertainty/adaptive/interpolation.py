@@ -17,7 +17,7 @@ from scipy.special import ndtr
 
 from flexband.uncertainty.adaptive.fits import BATCH, Split
 from flexband.uncertainty.adaptive.regression import MIN_RUNS, SampledDesign
-from flexband.uncertainty.expansions.families import LEGENDRE, Family, existing, mean_squares
+from flexband.uncertainty.expansions.families import LEGENDRE, Family, existing_terms, mean_squares
 from flexband.uncertainty.expansions.hybrid import HybridExpansion, overwritten
 from flexband.uncertainty.expansions.index_sets import (
     ROUNDING_DIGITS,
@@ -57,7 +57,7 @@ class NestedDesign:
         n = len(families)
         count = BATCH * -(-(1 + m + 2 * n) // BATCH)
         index = first_terms(m, n, min(count, most))
-        return NestedDesign(index[existing(index, families)], families, discs)
+        return NestedDesign(index[existing_terms(index, families)], families, discs)
 
     @property
     def interval_dimension(self) -> int:

@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from flexband.uncertainty.adaptive.fits import BATCH, Split
-from flexband.uncertainty.expansions.families import Family, existing
+from flexband.uncertainty.expansions.families import Family, existing_terms
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.regression.sparse_fit import (
     candidates,
@@ -51,7 +51,7 @@ class SampledDesign:
     def index(self) -> np.ndarray:
         """Orders of the terms to choose from, (terms, variables)."""
         index = candidates(self.interval_dimension + len(self.families))
-        return index[existing(index, self.families)]
+        return index[existing_terms(index, self.families)]
 
     def __len__(self) -> int:
         return self.count

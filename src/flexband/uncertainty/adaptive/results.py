@@ -15,7 +15,7 @@ from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.refinement.correction import (
     CorrectedPart,
     DiscretizationCorrection,
-    corrected,
+    divide_by_correction,
 )
 from flexband.uncertainty.adaptive.runs import ResponseRuns
 from flexband.uncertainty.inputs.evaluation import coordinates, extremes_in_words
@@ -41,7 +41,7 @@ def surrogate_of(course: Adaptation) -> Surrogate:
     of_mean = growth(0) if course.space.families else 1.0  # without σ, the mean is the error bar
     both = np.stack([of_mean * error.values, error.values])
     finer_runs = course.refinement.finer
-    dataset = judged(course.labels, error, both, corrections, course.evaluate, finer_runs)
+    dataset = expectations(course.labels, error, both, corrections, course.evaluate, finer_runs)
     dataset = dataset.assign(orders=("variable", choice.orders))
     dataset = dataset.assign_coords(variable=_variables(course.space)).assign_attrs(
         largest_miss=_largest_miss(course),
@@ -69,11 +69,11 @@ def corrected_surrogate(
     choice = error.choice
     overshoot = share(space.interval_dimension) * np.hypot(choice.overshoot, choice.later)
     judges = HeldOut(held.xi, held.eta, choice.missed, overshoot, error.window)
-    expansions, correction = in_place_of_runs(corrected(choice.fits, corrections))
+    expansions, correction = in_place_of_runs(divide_by_correction(choice.fits, corrections))
     return Surrogate(space, labels, expansions, dataset, judges, correction)
 
 
-def judged(
+def expectations(
     labels: xr.DataArray,
     error: ExpectedError,
     of_expansion: np.ndarray,

@@ -50,12 +50,14 @@ class RareRuns(NamedTuple):
         return RareRuns(ResponseRuns(*(array[:0].copy() for array in like)), np.zeros(0))
 
 
-def evaluated(evaluate: Evaluate, xi: np.ndarray, eta: np.ndarray, needed: int = 0) -> ResponseRuns:
-    """Return the runs at ξ and η that succeed, as `succeeded` does."""
-    return succeeded(ResponseRuns(xi, eta, series(evaluate(xi, eta))), needed)
+def evaluate_runs(
+    evaluate: Evaluate, xi: np.ndarray, eta: np.ndarray, needed: int = 0
+) -> ResponseRuns:
+    """Return the runs at ξ and η that succeed, as `successful_runs` does."""
+    return successful_runs(ResponseRuns(xi, eta, series(evaluate(xi, eta))), needed)
 
 
-def succeeded(runs: ResponseRuns, needed: int) -> ResponseRuns:
+def successful_runs(runs: ResponseRuns, needed: int) -> ResponseRuns:
     """Return the runs that did not fail; raise `RunError` if one of the first, needed ones did."""
     good = np.asarray(np.isfinite(runs.values).all(axis=(1, 2)))
     failed, held = np.flatnonzero(~good[:needed]), good[needed:]

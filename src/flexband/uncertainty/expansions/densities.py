@@ -12,7 +12,7 @@ import numpy as np
 from flexband.uncertainty.expansions.recurrence import (
     Recurrence,
     gauss,
-    nested,
+    nested_points,
     orthonormal,
     stieltjes,
 )
@@ -131,7 +131,9 @@ class DensityPolynomials:
     @cached_property
     def _sequence(self) -> np.ndarray:
         usual = self._usual(self.block)
-        return nested(self._recurrence(self.block - 1), usual[[0, -1]], usual, self.max_order + 1)
+        return nested_points(
+            self._recurrence(self.block - 1), usual[[0, -1]], usual, self.max_order + 1
+        )
 
     def _recurrence(self, order: int) -> Recurrence:
         """Return the recurrence up to this order or a higher one, a multiple of `block`."""

@@ -84,7 +84,9 @@ class Expansion(Protocol):
         ...
 
 
-def joined(expansions: Sequence[Expansion], values: Sequence[np.ndarray], axis: int) -> np.ndarray:
+def join_outputs(
+    expansions: Sequence[Expansion], values: Sequence[np.ndarray], axis: int
+) -> np.ndarray:
     """Return one array of values per expansion as one array, along the axis of the outputs."""
     if len(values) == 1:
         return values[0]
@@ -111,8 +113,8 @@ def extremes_of(
     ]
     return [
         Extremes(
-            joined(expansions, [part.values for part in extremes], 1),
-            joined(expansions, [part.places for part in extremes], 1),
+            join_outputs(expansions, [part.values for part in extremes], 1),
+            join_outputs(expansions, [part.places for part in extremes], 1),
         )
         for extremes in zip(*bounds, strict=True)
     ]

@@ -132,7 +132,7 @@ HERMITE = Hermite()
 LEGENDRE = Legendre()
 
 
-def existing(index: np.ndarray, families: Sequence[Family]) -> np.ndarray:
+def existing_terms(index: np.ndarray, families: Sequence[Family]) -> np.ndarray:
     """Return which terms of orders (terms, m + n), η first, have polynomials in every ξ."""
     last = np.array([family.last_order for family in families])
     return np.all(index[:, index.shape[1] - len(last) :] <= last, axis=1)

@@ -68,12 +68,12 @@ def lower_terms(nu: Orders) -> Iterator[Orders]:
 
 def above(known: set[Orders]) -> set[Orders]:
     """Return the terms one order above a downward closed set that would leave it so."""
-    neighbours = {_moved(mu, v, 1) for mu in known for v in range(len(mu))} - known
+    neighbours = {_move(mu, v, 1) for mu in known for v in range(len(mu))} - known
     return {nu for nu in neighbours if _is_next(nu, known)}
 
 
 def _is_next(nu: Orders, known: Container[Orders]) -> bool:
-    return all(_moved(nu, v, -1) in known for v, k in enumerate(nu) if k)
+    return all(_move(nu, v, -1) in known for v, k in enumerate(nu) if k)
 
 
 class TermSizes:
@@ -98,7 +98,7 @@ class TermSizes:
         for nu in sorted(self.sizes, key=sum, reverse=True):
             for v, k in enumerate(nu):
                 if k:
-                    below = _moved(nu, v, -1)
+                    below = _move(nu, v, -1)
                     self.sizes[below] = np.maximum(self.sizes[below], self.sizes[nu])
         constant = np.maximum(self.sizes[(0,) * index.shape[1]], 1.0)
         self.rates = np.zeros((index.shape[1], len(sizes)))
@@ -113,10 +113,10 @@ class TermSizes:
         size = np.full(self.rates.shape[1], np.inf)
         for v, k in enumerate(nu):
             if k:
-                estimate = self.sizes[_moved(nu, v, -1)] * self.rates[v]
+                estimate = self.sizes[_move(nu, v, -1)] * self.rates[v]
                 if k > 1:
                     estimate = np.maximum(
-                        estimate, self.sizes[_moved(nu, v, -2)] * self.rates[v] ** 2
+                        estimate, self.sizes[_move(nu, v, -2)] * self.rates[v] ** 2
                     )
                 size = np.minimum(size, estimate)
         return size
@@ -149,10 +149,10 @@ class TermSizes:
     def _above(self, mu: Orders, highest: np.ndarray) -> Iterator[Orders]:
         """Yield the terms one order above μ whose lower terms are all known."""
         for v in range(len(mu)):
-            nu = _moved(mu, v, 1)
+            nu = _move(mu, v, 1)
             if nu[v] <= highest[v] and nu not in self.sizes and _is_next(nu, self.sizes):
                 yield nu
 
 
-def _moved(nu: Orders, v: int, step: int) -> Orders:
+def _move(nu: Orders, v: int, step: int) -> Orders:
     return (*nu[:v], nu[v] + step, *nu[v + 1 :])

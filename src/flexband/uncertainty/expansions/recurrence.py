@@ -62,7 +62,9 @@ def gauss(recurrence: Recurrence, count: int) -> tuple[np.ndarray, np.ndarray]:
     return x, vectors[0] ** 2
 
 
-def nested(recurrence: Recurrence, ends: np.ndarray, usual: np.ndarray, count: int) -> np.ndarray:
+def nested_points(
+    recurrence: Recurrence, ends: np.ndarray, usual: np.ndarray, count: int
+) -> np.ndarray:
     """Return at least `count` nested points between ends, a Leja sequence of usual values."""
     points, symmetric = [0.0], np.abs(recurrence.a).max() < 1e-9
     for counts in ((2,), (4, 6), (8,)):  # points that are added together: the first possible
@@ -70,7 +72,7 @@ def nested(recurrence: Recurrence, ends: np.ndarray, usual: np.ndarray, count: i
         possible = [y for y in extensions if _is_possible(y, points, ends)]
         if not possible:
             break
-        points = _arranged(recurrence, points, possible[0])
+        points = _arrange(recurrence, points, possible[0])
     if len(points) == 1:
         points += _cubic_pair(recurrence, ends)
     while len(points) < count:
@@ -101,7 +103,7 @@ def extension(recurrence: Recurrence, points: Sequence[float], count: int) -> np
     return np.zeros(0) if np.iscomplexobj(roots) else roots
 
 
-def _arranged(recurrence: Recurrence, points: list[float], further: np.ndarray) -> list[float]:
+def _arrange(recurrence: Recurrence, points: list[float], further: np.ndarray) -> list[float]:
     """Return points with further ones in the order of a Leja sequence, opposites together."""
     points = [*points]
     while len(further):

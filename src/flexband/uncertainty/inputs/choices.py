@@ -63,7 +63,7 @@ class Choice:
         if len(set(options)) < len(options):
             raise InputError(f"Choice options must differ; got {shown(options)}")
         object.__setattr__(self, "options", tuple(options))
-        object.__setattr__(self, "probabilities", _checked(options, probabilities))
+        object.__setattr__(self, "probabilities", _check_probabilities(options, probabilities))
 
     def __repr__(self) -> str:
         options = ", ".join(map(repr, self.options))
@@ -71,7 +71,9 @@ class Choice:
         return f"Choice({options}{f', probabilities={self.probabilities}' * known})"
 
 
-def _checked(options: Sequence[Any], given: Sequence[float] | None) -> tuple[float, ...] | None:
+def _check_probabilities(
+    options: Sequence[Any], given: Sequence[float] | None
+) -> tuple[float, ...] | None:
     """Return the probabilities of options, which add up to 1; raise `InputError` for others."""
     if given is None:
         return None

@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, RunError
-from flexband.uncertainty.inputs.space import Space, raised
+from flexband.uncertainty.inputs.space import Space, error_words
 from flexband.words import number_of
 
 RESERVED = ("bound", "choice", "input", "variable")
@@ -34,11 +34,11 @@ LARGEST = 1e150
 """Squares of larger values overflow."""
 
 
-def explained(error: Exception, space: Space, xi: np.ndarray, eta: np.ndarray) -> Exception:
+def explain_error(error: Exception, space: Space, xi: np.ndarray, eta: np.ndarray) -> Exception:
     """Return an error of a response, or a `RunError`, that tells inputs of an unusual sign."""
     hint = _of_other_sign(space, xi, eta)
     if not isinstance(error, RunError | InputError | MemoryError):
-        text = ". ".join(filter(None, (raised(error, space.inputs), hint)))
+        text = ". ".join(filter(None, (error_words(error, space.inputs), hint)))
         new_error: Exception = RunError(f"{text}; {inputs_in_words(space, xi, eta)}", {})
     elif not hint or isinstance(error, MemoryError):
         return error
@@ -98,7 +98,7 @@ def coordinates(response: xr.DataArray) -> dict[Hashable, xr.DataArray]:
     return {k: c for k, c in response.coords.items() if "sample" not in c.dims}
 
 
-def labelled(result: ArrayLike | xr.DataArray, runs: int) -> xr.DataArray:
+def label_result(result: ArrayLike | xr.DataArray, runs: int) -> xr.DataArray:
     """Return a response as a `DataArray` of real numbers with first dim "sample"."""
     kind = type(result).__name__
     if _is_masked(result):
@@ -163,7 +163,7 @@ def check_labels(part: xr.DataArray) -> None:
             raise InputError(f"{name} of the response must differ; got {twice[0]!r} twice")
 
 
-def aligned(part: xr.DataArray, labels: xr.DataArray) -> xr.DataArray:
+def align_batch(part: xr.DataArray, labels: xr.DataArray) -> xr.DataArray:
     """Return a batch in the order of dims and labels of the first one; refuse other ones."""
     first = labels.dims[1:], labels.shape[1:]
     if set(part.dims) != set(labels.dims):

@@ -194,7 +194,7 @@ class Interval(Input):
 
     def value(self, standard: np.ndarray) -> np.ndarray:
         """Return midpoint + radius η; exactly the bounds at η = −1 and 1."""
-        return between(self.lower, self.upper, standard[:, 0])
+        return number_between(self.lower, self.upper, standard[:, 0])
 
     @property
     def tolerance_or_std(self) -> float:
@@ -208,7 +208,7 @@ class Interval(Input):
         return place_between(self.lower, self.upper, value)
 
 
-def between(lower: float, upper: float, x: np.ndarray) -> np.ndarray:
+def number_between(lower: float, upper: float, x: np.ndarray) -> np.ndarray:
     """Return the number at x of −1 … 1 between two bounds."""
     return 0.5 * ((1 - x) * lower + (1 + x) * upper)
 

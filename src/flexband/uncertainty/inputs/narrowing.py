@@ -120,7 +120,7 @@ def _units(space: Space) -> np.ndarray:
     return np.array([np.ptp(family.of_normal(ends)) / 2 for family in space.families])
 
 
-def fixed(
+def fix_inputs(
     space: Space, names: Collection[str]
 ) -> tuple[dict[int, Substitution], tuple[Family, ...]]:
     """Return the substitutions that fix inputs, and the families of the random ones that remain.

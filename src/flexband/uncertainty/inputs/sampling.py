@@ -45,7 +45,7 @@ def points_at_ends(
     return xi, eta
 
 
-def stretched(
+def stretch_samples(
     normals: np.ndarray, farthest: float, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return samples of ξ, (samples, n), stretched along random directions, and weights.

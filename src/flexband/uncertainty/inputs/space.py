@@ -23,7 +23,7 @@ from flexband.uncertainty.inputs.fields.field import Field, fields_of
 from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input, Interval, Numbers
 from flexband.uncertainty.inputs.one_sample import of_one_sample
 from flexband.uncertainty.inputs.play import FreePair
-from flexband.uncertainty.inputs.unfolding import GivenInput, GivenInputs, first_case, unfolded
+from flexband.uncertainty.inputs.unfolding import GivenInput, GivenInputs, first_case, unfold
 
 
 @dataclass(frozen=True)
@@ -37,8 +37,8 @@ class Space:
 
     @cached_property
     def inputs(self) -> dict[str, Input]:
-        """Inputs that have variables of their own, by name, as of `unfolded`; and constants."""
-        return unfolded(self.given)
+        """Inputs that have variables of their own, by name, as of `unfold`; and constants."""
+        return unfold(self.given)
 
     @cached_property
     def constants(self) -> dict[str, Constant]:
@@ -305,7 +305,7 @@ def check_names(response: ResponseFunction, inputs: GivenInputs) -> None:
         raise InputError(f"the response needs {', '.join(missing)}, which inputs do not name")
 
 
-def raised(error: Exception, inputs: GivenInputs) -> str:
+def error_words(error: Exception, inputs: GivenInputs) -> str:
     """Return in words what a response raised; with a `TypeError`, what it is called with."""
     text = f"the response raised {type(error).__name__}: {error}"
     fields = list(fields_of(inputs))
@@ -361,7 +361,7 @@ def locate_fields(
             raise scalar from error
         if isinstance(error, RunError | InputError | MemoryError):
             raise
-        raise RunError(raised(error, inputs), {}) from error
+        raise RunError(error_words(error, inputs), {}) from error
     for name, field in loose.items():
         x = np.concatenate([np.zeros(0), *positions[name]])
         if not len(x) or np.ptp(x) == 0:

@@ -25,7 +25,7 @@ GivenInput = Input | Choice | Correlated | FrozenDistribution | float | np.numbe
 GivenInputs = Mapping[str, GivenInput]
 
 
-def unfolded(given: GivenInputs) -> dict[str, Input]:
+def unfold(given: GivenInputs) -> dict[str, Input]:
     """Return all inputs by name: correlated ones one by one, intervals as ``input.parameter``.
 
     A number is a constant. Raise `InputError` for other kinds, and for a name that stands twice.

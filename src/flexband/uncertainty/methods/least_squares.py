@@ -11,7 +11,7 @@ import xarray as xr
 from flexband.arguments import frozen
 from flexband.errors import InputError, RunError, check_flag, check_integer, check_numbers
 from flexband.uncertainty.expansions.direct import DirectExpansion
-from flexband.uncertainty.expansions.families import existing
+from flexband.uncertainty.expansions.families import existing_terms
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.index_sets import bounded_terms
 from flexband.uncertainty.expansions.regression.sparse_fit import (
@@ -107,7 +107,7 @@ class RegressionPCCI(ExpansionMethod):
             index = bounded_terms(dimension, self.order, self.q_norm, max_terms)
         except InputError as error:
             raise InputError(f"{error}{space.advice_on_fields}") from None
-        return index[existing(index, space.families)]
+        return index[existing_terms(index, space.families)]
 
     def runs(self, space: Space) -> int:
         """Return the number of terms times `oversampling`, rounded up, and 4 with `correct`."""

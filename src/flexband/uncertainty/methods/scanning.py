@@ -16,7 +16,7 @@ from flexband.uncertainty.expansions.hybrid import tensor_points
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals, sobol
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import Evaluate, Method
-from flexband.uncertainty.surrogates.bands import bands, described
+from flexband.uncertainty.surrogates.bands import bands, with_names_and_units
 from flexband.words import number_of
 
 
@@ -99,7 +99,7 @@ class Scanning(Method):
             scanned = mean + c * sigmas * std
             best = np.stack([scanned.argmin(axis=0), scanned.argmax(axis=0)])
             extremes.append(Extremes(np.take_along_axis(scanned, best, axis=0), eta[best]))
-        return described(bands(space, values, extremes, sigmas))
+        return with_names_and_units(bands(space, values, extremes, sigmas))
 
 
 def of_intervals(space: Space, eta: np.ndarray) -> str:

@@ -22,7 +22,7 @@ from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion, tensor_points
 from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.phases.layout import PartColumns
-from flexband.uncertainty.surrogates.diagnostics import rms, running, share
+from flexband.uncertainty.surrogates.diagnostics import rms, running_rms, share
 from flexband.uncertainty.surrogates.sigmas import growth
 
 
@@ -127,7 +127,7 @@ def error_of_bands(
         return np.stack([error.values, error.values])
     missed = error.choice.missed
     square = design.missed(held, missed, options=options)
-    in_time = running(np.sqrt(np.mean(missed**2, axis=0)), error.window)
+    in_time = running_rms(np.sqrt(np.mean(missed**2, axis=0)), error.window)
     in_time /= np.maximum(in_time.mean(axis=-1, keepdims=True), 1e-300)
     eta = design.places(options.max_places)
     mean, std = error.moments(eta)
@@ -149,7 +149,7 @@ def error_of_bands(
     if random:
         of_random = np.sqrt(square[:, intervals:].sum(axis=1))
         parts = np.hypot(parts, _of_random(of_random, std, options))
-    overshoot = share(intervals) * running(error.choice.overshoot, error.window)
+    overshoot = share(intervals) * running_rms(error.choice.overshoot, error.window)
     values = np.hypot(parts[..., None] * in_time, overshoot)
     values[0] *= growth(0) if random else 1.0  # without σ, the mean is the error bar
     return np.maximum(values, np.finfo(float).eps * rms(held.values)[:, None])
@@ -162,7 +162,7 @@ def largest_error(error: ExpectedError, m: int) -> np.ndarray:
     is far from all others, the mean is far too small. There are m interval variables.
     """
     worst = np.abs(error.choice.missed).max(axis=0)
-    return share(m) * running(np.hypot(worst, error.choice.overshoot), error.window)
+    return share(m) * running_rms(np.hypot(worst, error.choice.overshoot), error.window)
 
 
 def _of_random(a: np.ndarray, std: np.ndarray, options: BandErrorOptions) -> np.ndarray:

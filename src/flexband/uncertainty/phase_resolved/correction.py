@@ -15,7 +15,7 @@ from flexband.errors import warn
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.refinement.correction import DiscretizationCorrection
 from flexband.uncertainty.adaptive.refinement.refinement import CoarseRuns, Refinement
-from flexband.uncertainty.adaptive.results import corrected_surrogate, judged
+from flexband.uncertainty.adaptive.results import corrected_surrogate, expectations
 from flexband.uncertainty.adaptive.runs import ResponseRuns
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import Evaluate
@@ -49,7 +49,7 @@ def corrected_choice(
     design, refinement = LinearDesign.from_runs(fitted, space.families), Refinement(evaluate, 0.0)
     few = ResponseRuns(*(v[design.rows] for v in fitted))
     corrections = refinement.corrections(CoarseRuns(few, held, design.small), error, dt)
-    dataset = judged(labels, error, of_expansion, corrections, evaluate, refinement.finer)
+    dataset = expectations(labels, error, of_expansion, corrections, evaluate, refinement.finer)
     if "corrected" not in dataset.attrs:
         warn(
             "correct=True corrects nothing: no more than a quarter of the error of step and "

@@ -11,7 +11,7 @@ from flexband.uncertainty.adaptive.choice import BestFits
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import PartsFit
 from flexband.uncertainty.adaptive.held_out import generic_points
-from flexband.uncertainty.adaptive.runs import MIN_HELD, RareRuns, ResponseRuns, evaluated
+from flexband.uncertainty.adaptive.runs import MIN_HELD, RareRuns, ResponseRuns, evaluate_runs
 from flexband.uncertainty.inputs.space import check_no_play
 from flexband.uncertainty.methods.method import HELD, Evaluate, quantities
 from flexband.uncertainty.phase_resolved.bands_error import TensorDesign, error_of_bands
@@ -36,7 +36,7 @@ def corrected_expansion(
     space, labels, fitted = surrogate.space, surrogate.labels, ResponseRuns(*runs)
     m, families = space.interval_dimension, space.families
     check_no_play(space, "correct=True")
-    held = evaluated(evaluate, *generic_points(0, HELD, m, families))
+    held = evaluate_runs(evaluate, *generic_points(0, HELD, m, families))
     if len(held.values) < MIN_HELD:
         raise RunError("most of the runs that are held out of the correction failed", {})
     (expansion,) = surrogate.expansions

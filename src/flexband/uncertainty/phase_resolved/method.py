@@ -13,7 +13,7 @@ from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import PartsFit
 from flexband.uncertainty.adaptive.held_out import generic_points
 from flexband.uncertainty.adaptive.rare_values import RareValueOptions, RareValues
-from flexband.uncertainty.adaptive.results import judged
+from flexband.uncertainty.adaptive.results import expectations
 from flexband.uncertainty.adaptive.runs import RareRuns, ResponseRuns
 from flexband.uncertainty.inputs.space import Space, check_no_play
 from flexband.uncertainty.methods.method import HELD, Evaluate, quantities
@@ -121,7 +121,7 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         if self.correct:
             surrogate = corrected_choice(space, labels, error, both, made, evaluate, dataset, dt)
         else:
-            of_all = judged(labels, error, both, {}, evaluate, 0).merge(dataset)
+            of_all = expectations(labels, error, both, {}, evaluate, 0).merge(dataset)
             surrogate = of_choice(space, labels, error, made, of_all)
         return surrogate.with_attrs(runs_checked=len(held.values) + len(rare.weight))
 

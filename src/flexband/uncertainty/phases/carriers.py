@@ -91,7 +91,7 @@ def track(
     z, part = split(F, psi, at, half, options.degree)
     for k in range(passes):
         z, part = split(F, psi, at, half, options.degree) if k else (z, part)
-        turned = turning(z * np.sqrt(part), scale, smooth, options.silent_energy)
+        turned = common_rotation(z * np.sqrt(part), scale, smooth, options.silent_energy)
         psi = psi + cubic_spline(at, turned, np.arange(times))
         rate = np.diff(psi, axis=-1) / (2 * np.pi * dt)
         if rate.min() < frequency / 2 or rate.max() > 2 * frequency:
@@ -241,7 +241,9 @@ def _substitute(factor, x, rest):
             x[a, n] /= factor[a, a, n]
 
 
-def turning(z: np.ndarray, scale: np.ndarray, smooth: int, silent_energy: float) -> np.ndarray:
+def common_rotation(
+    z: np.ndarray, scale: np.ndarray, smooth: int, silent_energy: float
+) -> np.ndarray:
     """Return the common rotation of the envelopes of all outputs, zero at the start, (runs, at).
 
     From one time to the next it is arg Σ_o z_o,j+1 z̄_o,j / s_o², averaged over ±`smooth` times.

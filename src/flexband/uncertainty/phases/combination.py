@@ -14,7 +14,7 @@ from flexband.uncertainty.phases.expansion import expansion_of
 from flexband.uncertainty.phases.layout import PartColumns
 
 
-def combined(expansions: Sequence[Expansion], weights: np.ndarray) -> Expansion:
+def combine(expansions: Sequence[Expansion], weights: np.ndarray) -> Expansion:
     """Return the expansion of linear combinations of all outputs.
 
     Weights are those of the outputs by number, shape (combinations, outputs).

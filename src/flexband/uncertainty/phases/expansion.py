@@ -137,7 +137,7 @@ def _search(
     points, beside = scan_points(2 * orders[:m], reach[:m] * (not terms.saturated))
     basis = np.ascontiguousarray(expansion.chebyshev(points)[:, expansion.i[matter]])
     if not matter.all():
-        smooth, index = _compressed(smooth, matter), index[matter]
+        smooth, index = _compress(smooth, matter), index[matter]
     scan, moments = (basis, points, beside), (terms.moments, terms.turning)
     values = np.empty((len(targets), outputs, len(smooth)))
     places = np.empty((*values.shape, m))
@@ -145,7 +145,7 @@ def _search(
     return values, places
 
 
-def _compressed(table: np.ndarray, mask: np.ndarray) -> np.ndarray:
+def _compress(table: np.ndarray, mask: np.ndarray) -> np.ndarray:
     """Return some terms of a table (times, terms, width), in the memory of all of them."""
     times, _, width = table.shape
     terms = np.count_nonzero(mask)

@@ -34,7 +34,7 @@ class Sizes(NamedTuple):
 
         There is a column for each block, one at a time, since all together may take much memory.
         """
-        order, first = _grouped(index)
+        order, first = _group_rows(index)
         size = np.stack([np.add.reduceat(column[order], first) for column in columns], axis=1)
         orders, there = index[order[first]], size.any(axis=1)
         return Sizes(orders[there], size[there])
@@ -66,7 +66,7 @@ class Sizes(NamedTuple):
         return Sizes(self.orders[chosen], self.size[chosen])
 
 
-def _grouped(orders: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _group_rows(orders: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return an order of the rows in which equal ones follow each other, and where these start."""
     number = orders @ _weights(orders.shape[1])  # another one for each of the different orders
     order = np.argsort(number, kind="stable")
@@ -115,7 +115,7 @@ def _with_lower(interval_index: np.ndarray, needed: np.ndarray) -> np.ndarray:
     part = 1.0
     while True:
         chosen = needed[share <= part * m]
-        orders = closed(np.concatenate([np.zeros((1, m), int), interval_index, chosen]))
+        orders = with_lower_orders(np.concatenate([np.zeros((1, m), int), interval_index, chosen]))
         if len(orders) <= MOMENTS.max_terms or not len(chosen):
             return orders
         part *= 0.9
@@ -156,13 +156,13 @@ def _of_exponential(mixed: Sizes) -> Sizes:
     return total
 
 
-def closed(index: np.ndarray) -> np.ndarray:
+def with_lower_orders(index: np.ndarray) -> np.ndarray:
     """Return orders together with all lower ones."""
     for v in range(index.shape[1]):
         steps = (index - k * (np.arange(index.shape[1]) == v) for k in range(index[:, v].max() + 1))
         lower = np.concatenate(list(steps))
         lower = lower[lower[:, v] >= 0]
-        order, first = _grouped(lower)
+        order, first = _group_rows(lower)
         index = lower[order[first]]
     return index[np.lexsort(index.T[::-1])] if index.shape[1] else index[:1]
 

@@ -20,12 +20,12 @@ from flexband.remarks.remark import Remark
 from flexband.response import Response
 from flexband.rounding import largest_of
 from flexband.uncertainty.inputs.evaluation import (
-    aligned,
+    align_batch,
     check_labels,
     coordinates,
-    explained,
+    explain_error,
     extremes_in_words,
-    labelled,
+    label_result,
     not_finite,
 )
 from flexband.uncertainty.inputs.one_sample import of_one_sample
@@ -146,7 +146,7 @@ class Evaluated:
             if self.labels is None:
                 scalar = self._of_one_sample(runs, error)
             reason = _in_words(scalar or error)
-            return without_values(reason, scalar or explained(error, self.space, *points))
+            return without_values(reason, scalar or explain_error(error, self.space, *points))
         try:
             values = self._checked(value, len(runs)).values
         except InputError as wrong:
@@ -155,7 +155,7 @@ class Evaluated:
         reason, text, wrong = not_finite(values, self.space, *points)
         if bad:
             assert error is not None
-            error = explained(error, self.space, *points)
+            error = explain_error(error, self.space, *points)
         elif reason:
             bad = dict.fromkeys(map(int, runs[wrong]), reason)
             error = InputError(text)
@@ -172,12 +172,12 @@ class Evaluated:
         return of_one_sample(self.response, self.arguments(runs), error)
 
     def _checked(self, value: Any, count: int) -> xr.DataArray:
-        part = labelled(value, count)
+        part = label_result(value, count)
         if self.labels is None:
             check_labels(part)
             self.labels = part[:0].copy()
             return part
-        return aligned(part, self.labels)
+        return align_batch(part, self.labels)
 
     def check_size(self, smallest: float = 1e-120) -> None:
         """Raise `InputError` if an output is not zero, but smaller than `smallest` in all runs.

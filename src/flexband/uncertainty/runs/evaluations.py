@@ -21,7 +21,7 @@ from flexband.errors import (
     warning_once,
 )
 from flexband.execution.calls import Performing, in_process
-from flexband.execution.executors import ExecutorLike, performing
+from flexband.execution.executors import ExecutorLike, performer_of
 from flexband.execution.record import RunRecorder
 from flexband.execution.store import Store, StoreLike, as_store
 from flexband.progress import Advance, Progress, RunListener, listener, listening
@@ -33,7 +33,7 @@ from flexband.uncertainty.inputs.unfolding import GivenInputs, first_case
 from flexband.uncertainty.methods.method import MAX_RUNS
 from flexband.uncertainty.runs import BATCH
 from flexband.uncertainty.runs.evaluated import Evaluated
-from flexband.uncertainty.runs.reuse import located, recorder
+from flexband.uncertainty.runs.reuse import locate_domains, recorder
 from flexband.words import all_of, are, number_of
 
 OutputCheck = Callable[[xr.DataArray], object]
@@ -257,7 +257,7 @@ def evaluations(
             f"dynamic_response; got {shown(response)}"
         )
     store = as_store(options.store)
-    with performing(options.executor) as perform, warning_once(StrainWarning):
+    with performer_of(options.executor) as perform, warning_once(StrainWarning):
         if store is None:
             yield Evaluations(perform, None, options.failed, options.batch)
             return
@@ -270,7 +270,7 @@ def evaluations(
 
 def forget_failed(response: ResponseFunction, inputs: GivenInputs, store: Store) -> None:
     """Let the failed runs of a store be made again, and report how many there are."""
-    placed, _ = located(response, inputs, store)
+    placed, _ = locate_domains(response, inputs, store)
     with evaluations(response, placed, EvaluationOptions(store=store)) as evaluate:
         assert evaluate.record is not None
         count = evaluate.record.forget_failed()

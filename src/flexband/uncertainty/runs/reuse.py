@@ -72,7 +72,7 @@ def generic_runs(
     return xi, eta, values, collected_remarks(space, (xi, eta), remarks)
 
 
-def located(
+def locate_domains(
     response: ResponseFunction, inputs: GivenInputs, store: Store | None
 ) -> tuple[dict[str, GivenInput], int]:
     """Return what `locate_fields` does, or the domains that `keep_domains` has written."""

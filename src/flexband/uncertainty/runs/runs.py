@@ -37,8 +37,8 @@ from flexband.uncertainty.runs.evaluations import (
     setting,
 )
 from flexband.uncertainty.runs.repetition import check_repetition, check_stored, middle
-from flexband.uncertainty.runs.reuse import generic_runs, keep_domains, located
-from flexband.uncertainty.surrogates.extrapolation import reached
+from flexband.uncertainty.runs.reuse import generic_runs, keep_domains, locate_domains
+from flexband.uncertainty.surrogates.extrapolation import reached_range
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.words import number_of
 
@@ -61,7 +61,7 @@ def in_cases(
     check_names(function, inputs)
     response = as_response(function)
     with without_warnings(ResolutionWarning):
-        placed, explored = located(function, inputs, as_store(options.store))
+        placed, explored = locate_domains(function, inputs, as_store(options.store))
     all_inputs = cases(placed)
     results: dict[str, Result] = {}
     finished, labels, budget = 0, None, None
@@ -222,7 +222,7 @@ class CountedRuns:
                 self._repeat(level.response, *call)
             of_outputs = (remark for remark in remarks if remark.outputs)  # which are noisy
             self.remark(level.finer, [CollectedRemark(remark, 1) for remark in of_outputs])
-        good = _succeeded(call[2])
+        good = _is_success(call[2])
         if not good.all():
             call = call[0][good], call[1][good], call[2][good]
         if not level.calls:
@@ -245,7 +245,7 @@ class CountedRuns:
             return
         assert self.labels is not None  # there are runs
         labels = self.labels
-        good = _succeeded(values)
+        good = _is_success(values)
         old = np.zeros(0, int) if stored is None else stored[good[stored]]
         if record is not None and len(old):
             if not record.confirmed:
@@ -321,7 +321,7 @@ class CountedRuns:
             **texts,
             **finer,
             **impacts,
-            **reached(xi),
+            **reached_range(xi),
             **self._constant_offsets(),
             **as_attribute(self.remarks.get(tuple(sorted(halved)), ())),
         }
@@ -367,7 +367,7 @@ class CountedRuns:
         return without_effect(self.space, (xi, eta), values)
 
 
-def _succeeded(values: np.ndarray) -> np.ndarray:
+def _is_success(values: np.ndarray) -> np.ndarray:
     return np.asarray(np.isfinite(values.reshape(len(values), -1)).all(axis=1))
 
 

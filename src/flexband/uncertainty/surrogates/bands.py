@@ -120,7 +120,7 @@ class BandRecord(AttributeRecord):
 def bands(
     space: Space, labels: xr.DataArray, extremes: Sequence[Extremes], sigmas: float
 ) -> xr.Dataset:
-    """Return the dataset of bands with kσ, k = `sigmas`, which `described` completes.
+    """Return the dataset of bands with kσ, k = `sigmas`, which `with_names_and_units` completes.
 
     `labels`, (runs, …), has dims and coordinates; extremes are those of μ, μ − kσ and μ + kσ.
     `mean` is [μ] of Eq. (3), `error_bar` [eb] of Eq. (5), `error_bar_lower` and `error_bar_upper`
@@ -197,7 +197,7 @@ LONG_NAMES = {
 """What the variables of bands are; no dimension or coordinate of a response has such a name."""
 
 
-def described(result: xr.Dataset) -> xr.Dataset:
+def with_names_and_units(result: xr.Dataset) -> xr.Dataset:
     """Give variables a `long_name` and `units`, or the coordinate "unit" where they differ."""
     result, time = result.copy(), axes_of(result["mean"].transpose("bound", ...)).time
     averaged = "" if time is None else f", mean over {time}"

@@ -14,7 +14,7 @@ from flexband.errors import InputError, shown
 from flexband.remarks.collection import carried
 from flexband.uncertainty.inputs.choices import Choice
 from flexband.uncertainty.inputs.unfolding import GivenInputs, choices_of, in_words
-from flexband.uncertainty.surrogates.bands import VARIABLES, BandRecord, described
+from flexband.uncertainty.surrogates.bands import VARIABLES, BandRecord, with_names_and_units
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import VerificationRecord
 
@@ -35,7 +35,7 @@ def over_choices(given: GivenInputs, bands_by_label: Mapping[str, xr.Dataset]) -
     for name in sorted(VARIABLES - set(PLACES.values())):
         values = np.stack([case_bands[name].values for case_bands in bands])
         best = np.stack([values[:, 0].argmin(axis=0), values[:, 1].argmax(axis=0)])
-        result[name] = worst[name].dims, _chosen(values, best)
+        result[name] = worst[name].dims, _choose(values, best)
         if name in PLACES:
             dims = worst[name].dims
             result[f"{name}_choice"] = dims, np.array(names)[best]
@@ -43,7 +43,7 @@ def over_choices(given: GivenInputs, bands_by_label: Mapping[str, xr.Dataset]) -
             at = PLACES[name]
             if at in worst:
                 places = np.stack([case_bands[at].values for case_bands in bands], axis=1)
-                parts = np.stack([_chosen(input_places, best) for input_places in places])
+                parts = np.stack([_choose(input_places, best) for input_places in places])
                 result[at] = worst[at].dims, parts
     for name in set(worst.data_vars) - VARIABLES:
         if all(name in case_bands for case_bands in bands):
@@ -73,7 +73,7 @@ def over_choices(given: GivenInputs, bands_by_label: Mapping[str, xr.Dataset]) -
         texts = (f"{doubt} with {label}" for label, doubt in doubts.items() if doubt)
         attrs["not_trusted"] = "; ".join(texts)
     attrs |= carried(*(case_bands.attrs for case_bands in bands))
-    return described(result.assign_coords(choice=names).assign_attrs(attrs))
+    return with_names_and_units(result.assign_coords(choice=names).assign_attrs(attrs))
 
 
 def verified_choices(verifications: Mapping[str, xr.Dataset]) -> xr.Dataset:
@@ -95,7 +95,7 @@ def verified_choices(verifications: Mapping[str, xr.Dataset]) -> xr.Dataset:
     return joint.assign_coords(choice=list(verifications)).assign_attrs(first | attrs)
 
 
-def _chosen(values: np.ndarray, best: np.ndarray) -> np.ndarray:
+def _choose(values: np.ndarray, best: np.ndarray) -> np.ndarray:
     """Return of values (cases, bound, …) those of the cases `best`, both (bound, …)."""
     return np.take_along_axis(values, best[None], axis=0)[0]
 

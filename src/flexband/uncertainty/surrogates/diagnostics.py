@@ -83,19 +83,19 @@ def share(m: int) -> float:
     return 0.5 * math.sqrt(max(1.0, m / alone))
 
 
-def unseen(runs: int) -> float:
+def unseen_share(runs: int) -> float:
     """Return the largest part of the space in which so many runs may all not lie, by 5 % chance."""
     return 1 - (1 - CONFIDENCE) ** (1 / runs)
 
 
-def varying(F: np.ndarray, units: Units) -> np.ndarray:
+def varying_outputs(F: np.ndarray, units: Units) -> np.ndarray:
     """Return which outputs of runs F, shape (runs, outputs, times), vary beyond rounding."""
     return units.varies(variation(F), rms(F))
 
 
 def least_error(F: np.ndarray, units: Units) -> np.ndarray:
     """Return the errors that runs F do not tell from none, (outputs,)."""
-    spread = np.where(varying(F, units), variation(F), 0.0)
+    spread = np.where(varying_outputs(F, units), variation(F), 0.0)
     return np.maximum(SMALLEST * spread, np.finfo(float).eps * rms(F))
 
 
@@ -103,10 +103,10 @@ def unseen_steps(F: np.ndarray) -> np.ndarray:
     """Return the error of bands of counts that are alike in all runs F, (outputs, times).
 
     A count is a whole number at all times. Where it changes, a share p of the parts may count
-    earlier or later, as long as no run is likely to be one of them (`unseen`): their standard
+    earlier or later, as long as no run is likely to be one of them (`unseen_share`): their standard
     deviation is √(p(1 − p)) times the step. It is zero for other outputs.
     """
-    heights, share = np.zeros(F.shape[1:]), unseen(len(F))
+    heights, share = np.zeros(F.shape[1:]), unseen_share(len(F))
     counts = (F[0] == np.round(F[0])).all(axis=-1) & (F[:1] == F).all(axis=(0, 2))
     steps = np.abs(np.diff(F[0, counts]))
     heights[counts, :-1] = steps
@@ -118,7 +118,7 @@ def missed_part(
     missed: np.ndarray, F: np.ndarray, units: Units, quantities: Quantities | None = None
 ) -> np.ndarray:
     """Return which part of the variation of runs F is missed, (outputs,); 0 where F is constant."""
-    varied = np.where(varying(F, units), variation(F), np.inf)
+    varied = np.where(varying_outputs(F, units), variation(F), np.inf)
     return rms(missed) / (varied if quantities is None else quantities.at_least(varied))
 
 
@@ -136,7 +136,7 @@ def trust(
     return trusted.assign_attrs({"not_trusted": "; ".join(doubts)} if doubts else {})
 
 
-def running(v: np.ndarray, half: int) -> np.ndarray:
+def running_rms(v: np.ndarray, half: int) -> np.ndarray:
     """Return the root mean square over ±half times."""
     top, count = (_averages(square, half) for square in (v**2, np.ones(v.shape[-1])))
     return np.sqrt(np.maximum(top, 0.0) / count)
@@ -151,7 +151,7 @@ def _averages(values: np.ndarray, half: int) -> np.ndarray:
     return np.cumsum(np.concatenate([first, changes], axis=-1), axis=-1) / size
 
 
-def stacked(extremes: list[Extremes]) -> np.ndarray:
+def stack_extremes(extremes: list[Extremes]) -> np.ndarray:
     """Return the values of bounds, shape (sigmas, 2, outputs, times)."""
     return np.stack([e.values for e in extremes])
 

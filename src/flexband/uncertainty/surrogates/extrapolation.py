@@ -14,7 +14,7 @@ NAMES = ("lowest_xi", "highest_xi")
 """Attributes of the range of ξ in runs."""
 
 
-def reached(xi: np.ndarray) -> dict[str, list[float]]:
+def reached_range(xi: np.ndarray) -> dict[str, list[float]]:
     """Return the range of each ξ in runs, shape (runs, n), as attributes."""
     if not xi.size:
         return {}
@@ -22,7 +22,7 @@ def reached(xi: np.ndarray) -> dict[str, list[float]]:
 
 
 def warn_of_extrapolation(space: Space, xi: np.ndarray, attrs: Mapping[str, Any]) -> None:
-    """Warn of the random input at points ξ farthest beyond the runs, as `reached` tells."""
+    """Warn of the random input at points ξ farthest beyond the runs, as `reached_range` tells."""
     usual = 5.0  # values of |ξ| up to which an expansion may be evaluated, wherever the runs are
     n = space.random_dimension
     low, high = (

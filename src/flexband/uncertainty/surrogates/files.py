@@ -211,7 +211,7 @@ def _path(file: str | PathLike[str]) -> Path:
 
 
 def _choices(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> SurrogateOfChoices:
-    given = {name: _restored(input_record) for name, input_record in about["given"].items()}
+    given = {name: _restore(input_record) for name, input_record in about["given"].items()}
     labels, surrogates = cases(given), {}
     for k, (label, record) in enumerate(zip(labels, about["parts"], strict=True)):
         surrogates[label] = surrogate = _surrogate(record, _under(f"{k}/", arrays))
@@ -237,7 +237,7 @@ def _surrogate(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Su
     counts = (len(part) for parts in groups.values() for part in parts)
     if len(arrays) != len(named) + len(held) + sum(counts):
         raise ValueError("arrays without a use")
-    space = Space({name: _restored(record) for name, record in about["inputs"].items()})
+    space = Space({name: _restore(record) for name, record in about["inputs"].items()})
     expansions = {
         group: tuple(
             _expansion(kind, part_arrays, space)
@@ -315,11 +315,11 @@ def _recorded(value: object) -> Record:
     )
 
 
-def _restored(record: Any) -> Any:
+def _restore(record: Any) -> Any:
     """Return the value of a record; lists become tuples."""
     owners = {"correlation": "RandomField.correlations", "function": "Field.functions"}
     if isinstance(record, list):
-        return tuple(_restored(entry) for entry in record)
+        return tuple(_restore(entry) for entry in record)
     if not isinstance(record, Mapping):
         return record
     for key, registered in _FUNCTIONS.items():
@@ -328,9 +328,9 @@ def _restored(record: Any) -> Any:
             if name not in registered:
                 raise InputError(f"the {key} {name!r} must be in {owners[key]} first")
             if isinstance(registered[name], type):
-                return registered[name](**dict(_restored(record["fields"])))
+                return registered[name](**dict(_restore(record["fields"])))
             return registered[name]
-    values, kind = dict(_restored(record["fields"])), record["input"]
+    values, kind = dict(_restore(record["fields"])), record["input"]
     if kind == "Choice":
         return Choice(*values["options"], probabilities=values.get("probabilities"))
     if kind == "Correlated":

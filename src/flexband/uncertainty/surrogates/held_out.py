@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from flexband.uncertainty.surrogates.diagnostics import running, share
+from flexband.uncertainty.surrogates.diagnostics import running_rms, share
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,9 @@ class HeldOut:
         """Return the error expected of the error bar over so many intervals, (outputs, times)."""
         if self.verifies:
             counted = np.sqrt(np.minimum(self.weight, 1.0))[:, None, None] * np.abs(self.missed)
-            return running(np.hypot(counted.max(axis=0), self.overshoot), self.window)
+            return running_rms(np.hypot(counted.max(axis=0), self.overshoot), self.window)
         missed = np.sqrt(np.mean(self.missed**2, axis=0))
-        return running(np.hypot(share(intervals) * missed, self.overshoot), self.window)
+        return running_rms(np.hypot(share(intervals) * missed, self.overshoot), self.window)
 
     def nearest(self, distance: np.ndarray) -> np.ndarray:
         """Return which runs judge a part: those at `distance` 0, (runs,), or the nearest eight."""

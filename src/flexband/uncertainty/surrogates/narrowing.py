@@ -53,7 +53,7 @@ def narrowed_diagnostics(
             del diagnostics.attrs[name]
     for name in BandRecord.read(diagnostics).refined:
         diagnostics.attrs.pop(f"{name}_error", None)
-    diagnostics = diagnostics.assign_attrs(_reached(diagnostics, part))
+    diagnostics = diagnostics.assign_attrs(_reached_range(diagnostics, part))
     if held is None:
         return diagnostics
     # now that of the bands as well
@@ -83,7 +83,7 @@ def narrowed_diagnostics(
     return diagnostics.assign_attrs(judgement.attrs)
 
 
-def _reached(dataset: xr.Dataset, part: NarrowedInputs) -> dict[str, list[float]]:
+def _reached_range(dataset: xr.Dataset, part: NarrowedInputs) -> dict[str, list[float]]:
     """Return the range of ξ in runs, in the variables of a part."""
     n = len(dataset.attrs.get(NAMES[0], []))
     m = len(part.radius) - n

@@ -16,7 +16,7 @@ from flexband.errors import InputError, check_numbers, check_positive
 from flexband.rounding import Units
 from flexband.uncertainty.surrogates.axes import axes_of, units_of
 from flexband.uncertainty.surrogates.bands import BandRecord
-from flexband.uncertainty.surrogates.diagnostics import varying
+from flexband.uncertainty.surrogates.diagnostics import varying_outputs
 
 AT_ONE_TIME = 1.5
 """Error at one time, as a multiple of the error expected there of which means over time are right.
@@ -99,7 +99,7 @@ def relative_to_bars(
     no width.
     """
     relative = relative_errors(diagnostics, "expected_error", bar)
-    hidden = varying(F, units).reshape(relative.shape) & ~bars_vary(bar)
+    hidden = varying_outputs(F, units).reshape(relative.shape) & ~bars_vary(bar)
     return np.where(hidden, beyond, relative)
 
 

@@ -12,12 +12,12 @@ import xarray as xr
 
 from flexband.arguments import frozen
 from flexband.errors import check_instance
-from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extremes_of, joined
+from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extremes_of, join_outputs
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.narrowing import part_of
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.axes import axes_of
-from flexband.uncertainty.surrogates.bands import bands, described
+from flexband.uncertainty.surrogates.bands import bands, with_names_and_units
 from flexband.uncertainty.surrogates.extrapolation import warn_of_extrapolation
 from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.narrowing import narrowed_diagnostics, runs_in
@@ -200,11 +200,13 @@ class Surrogate:
         sigmas = checked_sigmas(sigmas)
         result = bands(self.space, self.labels, self.extremes(sigmas), sigmas)
         diagnostics = diagnostics_of(sigmas, self.diagnostics, result["error_bar"])
-        return described(result.merge(diagnostics).assign_attrs(diagnostics.attrs | result.attrs))
+        return with_names_and_units(
+            result.merge(diagnostics).assign_attrs(diagnostics.attrs | result.attrs)
+        )
 
     def _joined(self, values: Sequence[np.ndarray]) -> np.ndarray:
         """Return values (points, outputs, times) of all expansions, shape (points, …)."""
-        joint = joined(self.expansions, values, 1)
+        joint = join_outputs(self.expansions, values, 1)
         return joint.reshape(len(joint), *self.labels.shape[1:])
 
     def _labelled(self, values: np.ndarray) -> xr.DataArray:

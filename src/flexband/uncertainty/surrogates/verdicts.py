@@ -12,7 +12,7 @@ from flexband.rounding import unit_of_variable
 from flexband.uncertainty.inputs.evaluation import extremes_in_words
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.bands import AttributeRecord
-from flexband.uncertainty.surrogates.diagnostics import unseen
+from flexband.uncertainty.surrogates.diagnostics import unseen_share
 from flexband.words import number_of
 
 
@@ -129,7 +129,8 @@ class VerificationVerdict:
                 f". Outputs that are not confirmed: {self.refuted} of {checked['missed'].size}"
             )
             return text + outputs * (self.refuted > 1)
-        size = f"{in_percent(self.inferred)} of the error bar's width{_named(labels, self.output)}"
+        size = f"{in_percent(self.inferred)} of the error bar's width"
+        size += _output_text(labels, self.output)
         if self.ratio > 1:
             over = " (both are root mean squares over time)" if labels.ndim > 1 else ""
             sure = f"{100 * self.confidence:.0f} % confidence"
@@ -169,8 +170,8 @@ def _can_miss(sampled: int, held_out: int) -> str:
     counts = {"verification run": sampled, "held-out run": held_out}
     spread = " and ".join(number_of(count, noun) for noun, count in counts.items() if count)
     return (
-        f"Effects in {in_percent(unseen(sampled + held_out))} of the space of the inputs or less "
-        f"may not be included: {spread}, spread over all of it, can miss them"
+        f"Effects in {in_percent(unseen_share(sampled + held_out))} of the space of the inputs or "
+        f"less may not be included: {spread}, spread over all of it, can miss them"
     )
 
 
@@ -208,7 +209,7 @@ def _names(labels: xr.DataArray, output: int) -> list[str]:
     ]
 
 
-def _named(labels: xr.DataArray, output: int) -> str:
+def _output_text(labels: xr.DataArray, output: int) -> str:
     """Return " for y", or nothing where there is one output only."""
     several = np.prod(axes_of(labels).shape) > 1
     return f" for {', '.join(_names(labels, output))}" if several else ""

@@ -9,7 +9,7 @@ import numpy as np
 
 from flexband.errors import InputError
 from flexband.uncertainty.adaptive.regression import fitted_parts
-from flexband.uncertainty.expansions.families import Family, existing
+from flexband.uncertainty.expansions.families import Family, existing_terms
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.index_sets import bounded_terms
 from flexband.uncertainty.expansions.regression.sparse_fit import candidates
@@ -48,4 +48,4 @@ def terms_of(m: int, families: Sequence[Family], rows: int) -> np.ndarray:
         except InputError:
             break
         index = more
-    return index[existing(index, families)]
+    return index[existing_terms(index, families)]

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import ndtri
 
-from flexband.uncertainty.expansions.families import Family, existing
+from flexband.uncertainty.expansions.families import Family, existing_terms
 from flexband.uncertainty.expansions.regression.sparse_fit import normalized_values
 from flexband.uncertainty.inputs.sampling import of_normals, sobol
 
@@ -41,24 +41,24 @@ def growth_beyond_rows(
     at_ends = np.where(np.abs(inside) < 0.5, 2 * inside, np.sign(inside))
     places = of_normals(ndtri(u[:, m:]), families), at_ends
     next_orders = np.eye(m + n, dtype=int) * (1 + _highest_alone(index))[:, None]
-    next_orders = next_orders[existing(next_orders, families)]
+    next_orders = next_orders[existing_terms(next_orders, families)]
     everything = np.concatenate([index, next_orders])
     of_rows, of_places = (
         normalized_values(everything, *at, families) for at in ((xi, eta), places)
     )
     terms, further = np.split(of_rows, [len(index)], axis=1)
-    beyond = of_places[:, len(index) :] - of_places[:, : len(index)] @ _solved(terms, further)
+    beyond = of_places[:, len(index) :] - of_places[:, : len(index)] @ _solve(terms, further)
     missed = np.empty_like(further)
     for k in np.unique(fold):
         rows = fold == k
-        missed[rows] = further[rows] - terms[rows] @ _solved(terms[~rows], further[~rows])
+        missed[rows] = further[rows] - terms[rows] @ _solve(terms[~rows], further[~rows])
     size = weight @ missed**2
     known = size > 1e-12 * np.mean(further**2, axis=0)
     growth = np.mean(beyond**2, axis=0)[known] / size[known]
     return float(np.sqrt(max(1.0, growth.max(initial=1.0))))
 
 
-def _solved(terms: np.ndarray, values: np.ndarray) -> np.ndarray:
+def _solve(terms: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return the coefficients of values in terms by least squares."""
     return np.linalg.lstsq(terms, values, rcond=1e-10)[0]
 

@@ -20,7 +20,7 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.tables.table import RunTable
 
 
-def judged(
+def judge_by_rows(
     surrogate: Surrogate,
     table: RunTable,
     runs: tuple[np.ndarray, np.ndarray, np.ndarray],

@@ -13,7 +13,7 @@ from flexband.uncertainty.inputs.unfolding import in_words
 from flexband.uncertainty.phases.decomposition import Stage, decompose
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.diagnostics import step
-from flexband.uncertainty.surrogates.extrapolation import reached
+from flexband.uncertainty.surrogates.extrapolation import reached_range
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.tables.cross_validation import (
     carriers_of,
@@ -22,7 +22,7 @@ from flexband.uncertainty.tables.cross_validation import (
 )
 from flexband.uncertainty.tables.design import TableDesign, terms_of
 from flexband.uncertainty.tables.growth import growth_beyond_rows
-from flexband.uncertainty.tables.judgement import judged
+from flexband.uncertainty.tables.judgement import judge_by_rows
 from flexband.uncertainty.tables.places import (
     beyond_rows,
     coordinates_of,
@@ -64,7 +64,7 @@ def surrogate_of_rows(
         "method": f"regression of a table of {len(table.response)} rows",
         "inputs": in_words(space.given),
         "versions": versions(),
-        **reached(xi),
+        **reached_range(xi),
     }
     if doubts := [*beyond_rows(space, xi, eta), *too_few_levels(space, xi, eta)]:
         attrs["beyond_runs"] = "; ".join(doubts)
@@ -72,7 +72,7 @@ def surrogate_of_rows(
     surrogate = Surrogate(space, table.response[:0], tuple(expansions), diagnostics)
     if len(F) < fewest_judging:
         return surrogate
-    return judged(surrogate, table, (xi, eta, F), missed, weight, carriers)
+    return judge_by_rows(surrogate, table, (xi, eta, F), missed, weight, carriers)
 
 
 def _step(response: xr.DataArray) -> float | None:

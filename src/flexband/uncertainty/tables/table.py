@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError
-from flexband.uncertainty.inputs.evaluation import check_labels, labelled
+from flexband.uncertainty.inputs.evaluation import check_labels, label_result
 from flexband.uncertainty.surrogates.axes import series
 
 
@@ -25,7 +25,7 @@ class RunTable:
     def from_response(inputs: Mapping[str, np.ndarray], response: xr.DataArray) -> RunTable:
         """Return a table; raise `InputError` unless all values are finite and there are enough."""
         rows = len(response)
-        response = labelled(response, rows)
+        response = label_result(response, rows)
         check_labels(response[:0])
         for name, values in inputs.items():
             if values.shape != (rows,):

@@ -13,8 +13,8 @@ from flexband.mechanics.configuration import assembled_configuration
 from flexband.mechanics.response import DynamicResponse
 from flexband.mechanics.simulate import TimeGrid, simulate_system
 from flexband.mechanics.static_response import StaticResponse
-from flexband.report.page.arrays import JsonRecord, packed
-from flexband.report.page.motion.record import force_arrows, recorded, traces_of
+from flexband.report.page.arrays import JsonRecord, pack
+from flexband.report.page.motion.record import force_arrows, record_shapes, traces_of
 from flexband.report.shapes.mechanism import extent, sketch_mechanism
 from flexband.report.shapes.scene import Scene
 from flexband.report.shapes.sketch import Outline
@@ -72,7 +72,7 @@ def _of_mechanism(
         scene, tracks = Scene(mechanism, assembled_configuration(mechanism)), Tracks(mechanism)
         sketch = sketch_mechanism(scene, tracks)
         forces, traces = force_arrows(mechanism, tracks), traces_of(mechanism, tracks)
-        times, outputs = _recorded(response, replace(mechanism, sensors=tracks.sensors))
+        times, outputs = _record_runs(response, replace(mechanism, sensors=tracks.sensors))
     good = np.asarray(np.isfinite(outputs).all(axis=(1, 2)))
     if not good[0]:
         raise RunError("the nominal motion fails", {})
@@ -89,16 +89,16 @@ def _of_mechanism(
     ranges = {name: (float(x.min()), float(x.max())) for name, x in along.items()}
     in_motion = sketch_mechanism(scene, tracks, unit, ranges=ranges)
     motion = {
-        "times": packed(times),
-        **({"places": packed(np.interp(times, *course))} if course else {}),
-        **{kind: _packed(kind, values[0]) for kind, values in parts.items()},
+        "times": pack(times),
+        **({"places": pack(np.interp(times, *course))} if course else {}),
+        **{kind: _pack(kind, values[0]) for kind, values in parts.items()},
         "box": box.tolist(),
         "names": {
             "bodies": list(mechanism.bodies),
             "joints": list(mechanism.joints),
             "loads": list(mechanism.loads),
         },
-        **recorded(in_motion),
+        **record_shapes(in_motion),
         "forces": forces,
         "traces": traces,
         "samples": _samples(sketch.outlines, parts["position"]),
@@ -117,7 +117,7 @@ def _points(space: Space, samples: int) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate([nominal[0], xi]), np.concatenate([nominal[1], eta])
 
 
-def _recorded(
+def _record_runs(
     response: DynamicResponse | StaticResponse, mechanism: Mechanism
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return times [s] and outputs (samples, outputs, times), NaN for samples that fail."""
@@ -158,12 +158,12 @@ def _samples(outlines: Sequence[Outline], positions: np.ndarray) -> JsonRecord:
             {**line._asdict(), "points": [points.index(point) for point in line.points]}
             for line in outlines
         ],
-        "deviation": _packed("deviation", apart[:most]),
+        "deviation": _pack("deviation", apart[:most]),
     }
 
 
-def _packed(kind: str, values: np.ndarray) -> JsonRecord:
+def _pack(kind: str, values: np.ndarray) -> JsonRecord:
     """Return an array packed in steps as fine as its kind needs."""
     # Largest values over the steps that they are rounded to
     levels = {"position": 30_000, "direction": 1_000, "force": 10_000, "deviation": 2_000}
-    return packed(values, float(np.abs(values).max(initial=0.0)) / levels[kind] or 1.0)
+    return pack(values, float(np.abs(values).max(initial=0.0)) / levels[kind] or 1.0)

@@ -12,7 +12,7 @@ from flexband.mechanics.loads.load import in_time
 from flexband.mechanics.loads.loads import Force
 from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.sensors.motion import Acceleration, Position, SensorModel, Velocity
-from flexband.report.page.arrays import JsonRecord, packed
+from flexband.report.page.arrays import JsonRecord, pack
 from flexband.report.shapes.joints import force_point
 from flexband.report.shapes.scene import body_of
 from flexband.report.shapes.shapes import LocalFrame, Shape, Stroke
@@ -20,7 +20,7 @@ from flexband.report.shapes.sketch import Sketch
 from flexband.report.shapes.tracks import Tracks
 
 
-def recorded(sketch: Sketch) -> JsonRecord:
+def record_shapes(sketch: Sketch) -> JsonRecord:
     """Return `shapes` in the order in which they are drawn, and `vertices` of all, packed.
 
     A shape has a `kind`, attributes that are not the default ones, and `strokes`, whose vertices
@@ -39,7 +39,7 @@ def recorded(sketch: Sketch) -> JsonRecord:
 
     lines = [line for line in sketch.lines if not line.start_only]
     shapes: list[JsonRecord] = [
-        {"kind": kind, **_changed(shape), "strokes": strokes(*shape.strokes)}
+        {"kind": kind, **_changed_attributes(shape), "strokes": strokes(*shape.strokes)}
         for kind, group in (("line", lines), ("mark", sketch.marks))
         for shape in group
     ]
@@ -50,10 +50,10 @@ def recorded(sketch: Sketch) -> JsonRecord:
         for name in sketch.names if name.stroke is not None
     ]  # fmt: skip
     shapes.sort(key=lambda record: record["layer"])
-    return {"shapes": shapes, "vertices": packed(np.concatenate(vertices))}
+    return {"shapes": shapes, "vertices": pack(np.concatenate(vertices))}
 
 
-def _changed(shape: Shape) -> JsonRecord:
+def _changed_attributes(shape: Shape) -> JsonRecord:
     """Return attributes with other values than their defaults, and those that marks need."""
     always = ("layer", "width", "marker", "size")
     return {
@@ -82,12 +82,12 @@ def force_arrows(mechanism: Mechanism, tracks: Tracks) -> list[JsonRecord]:
     for name, load in mechanism.loads.items():
         if isinstance(load, Force):
             at = tracks.point(load.point)
-            force = tracks.force(partial(_applied, load=load), ("load", name))
+            force = tracks.force(partial(_applied_force, load=load), ("load", name))
             arrows.append({"kind": "force", "name": name, "at": at, "force": force})
     return arrows
 
 
-def _applied(model: SensorModel, load: Force) -> Vector:
+def _applied_force(model: SensorModel, load: Force) -> Vector:
     x, y = in_time("x", load.x), in_time("y", load.y)
     return model.frame(load.point).direction(x, y) if load.following else (x, y)
 

@@ -13,9 +13,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from flexband.report.page.arrays import JsonRecord, packed
+from flexband.report.page.arrays import JsonRecord, pack
 from flexband.uncertainty.expansions.bounds.discs import in_discs
-from flexband.uncertainty.expansions.bounds.scan import scan, scattered, tensor_grid
+from flexband.uncertainty.expansions.bounds.scan import scan, scatter_points, tensor_grid
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
@@ -73,7 +73,7 @@ def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> JsonRecord:
         size[:, [moments.variance, *range(moments.turn_real, moments.block)]] *= scale[:, None]
         smooth[:, : moments.phase] /= size.reshape(-1, 1)
         smooth[0, moments.phase :] = _turned_back(smooth[0, moments.phase :])
-        return tree | _rounded(smooth)
+        return tree | _round_coefficients(smooth)
     points, weights = rule
     rows = np.moveaxis(terms.coefficients, 0, 2).copy()
     rows[:, : columns.phase] /= scale[:, None]
@@ -81,9 +81,9 @@ def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> JsonRecord:
         rows[0, first] = _turned_back(rows[0, first])
         rows[:, first + 1 : first + columns.block] /= np.tile(scale, 2)[:, None]
     variables = enumerate(zip(parts.families, terms.orders[m:], strict=True))
-    values = {str(v): packed(family.values(int(k), points[:, v])) for v, (family, k) in variables}
+    values = {str(v): pack(family.values(int(k), points[:, v])) for v, (family, k) in variables}
     rules = {"nodes": eta, "inverse": inverse, "points": points, "weights": weights}
-    packed_rules = {name: packed(array) for name, array in rules.items()}
+    packed_rules = {name: pack(array) for name, array in rules.items()}
     return tree | _terms(parts, rows) | packed_rules | {"polynomials": values}
 
 
@@ -147,16 +147,16 @@ def _terms(expansion: HybridExpansion, rows: np.ndarray) -> JsonRecord:
         "j": expansion.j.tolist(),
         "families": [family.name for family in families],
         "norms": [family.norms(k).tolist() for family, k in zip(families, orders, strict=True)],
-        **_rounded(rows),
+        **_round_coefficients(rows),
     }
 
 
-def _rounded(coefficients: np.ndarray) -> JsonRecord:
+def _round_coefficients(coefficients: np.ndarray) -> JsonRecord:
     """Return coefficients, the constants, which are by far the largest, apart."""
     # Coefficients are rounded to multiples of it, in parts of the width of an output's bands
     quantum = 1e-8
     parts = {"constant": coefficients[0], "others": coefficients[1:]}
-    return {name: packed(values, quantum) for name, values in parts.items()}
+    return {name: pack(values, quantum) for name, values in parts.items()}
 
 
 def _scan_of_waves(orders: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -172,9 +172,9 @@ def _scan_of_waves(orders: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, n
         counts = np.where(orders > 0, np.ceil(density * (2 * orders + waves)) + 2, 1)
         if counts.prod() <= max_scan_points:
             return tensor_grid(counts.astype(int).tolist())
-    return scattered(scattered_points, orders > 0)
+    return scatter_points(scattered_points, orders > 0)
 
 
 def _scan(points: np.ndarray, beside: np.ndarray) -> JsonRecord:
     """Return the points η of a scan, and the numbers of the points next to each."""
-    return {"scan": packed(points), "beside": packed(beside, 1.0)}
+    return {"scan": pack(points), "beside": pack(beside, 1.0)}

@@ -29,7 +29,13 @@ from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.expansion import expansion_of
 from flexband.uncertainty.phases.layout import PartColumns
-from flexband.uncertainty.surrogates.diagnostics import apart, at_all_times, rms, share, stacked
+from flexband.uncertainty.surrogates.diagnostics import (
+    apart,
+    at_all_times,
+    rms,
+    share,
+    stack_extremes,
+)
 
 
 class ExtrapolationOptions(NamedTuple):
@@ -145,7 +151,7 @@ class FitCorrection(NamedTuple):
                 first += self.placed(kind, extrapolation.correction, outputs, thin)
                 second = first + self.placed(kind, further, outputs, thin)
             bounds = (
-                stacked(extremes_of([expansion_of(fit.outputs, parts, fit.columns)]))
+                stack_extremes(extremes_of([expansion_of(fit.outputs, parts, fit.columns)]))
                 for parts in (first, second)
             )
             moved = factor * at_all_times(apart(*bounds), thin, times)
@@ -206,7 +212,7 @@ def corrections_of(
         of_fit = np.zeros((len(fit.outputs), times))
         if together is not None:
             of_fit = SECOND_ORDER**2 * _missed_together(parts, together[fit.outputs])
-        by_fit.append(_decided(parts, of_fit, options))
+        by_fit.append(_decide_corrections(parts, of_fit, options))
         missed[fit.outputs] = np.where(by_fit[-1][0].corrects[:, None], of_fit, 0.0)
     corrections = {}
     for name, fits in zip(runs, zip(*by_fit, strict=True), strict=True):
@@ -240,7 +246,7 @@ def _missed_together(parts: list[FitCorrection], together: np.ndarray) -> np.nda
     return missed
 
 
-def _decided(
+def _decide_corrections(
     parts: list[FitCorrection], missed: np.ndarray, options: ExtrapolationOptions
 ) -> list[FitCorrection]:
     """Return corrections of a fit of those outputs only of which little error is left in all.
@@ -255,7 +261,7 @@ def _decided(
     ]
 
 
-def corrected(
+def divide_by_correction(
     fits: Sequence[PartsFit], corrections: Sequence[DiscretizationCorrection]
 ) -> list[tuple[PartsFit, HybridExpansion | None]]:
     """Return fits, divided so that each is corrected as a whole, each with how its parts change.

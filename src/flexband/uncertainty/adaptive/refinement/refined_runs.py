@@ -9,7 +9,7 @@ import numpy as np
 
 from flexband.errors import RunError, warn
 from flexband.progress import listener
-from flexband.uncertainty.adaptive.runs import ResponseRuns, evaluated
+from flexband.uncertainty.adaptive.runs import ResponseRuns, evaluate_runs
 from flexband.uncertainty.methods.method import Evaluate
 from flexband.words import number_of
 
@@ -104,4 +104,4 @@ def _made(response: Evaluate, coarse: ResponseRuns, purpose: str) -> np.ndarray:
     """Return runs on a finer discretization, shape (runs, outputs, times)."""
     xi, eta, _ = coarse
     listener().stage(f"{number_of(len(xi), 'run')} that {purpose}")
-    return evaluated(response, xi, eta, len(xi)).values
+    return evaluate_runs(response, xi, eta, len(xi)).values

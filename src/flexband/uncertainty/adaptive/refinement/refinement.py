@@ -23,7 +23,7 @@ from flexband.uncertainty.adaptive.refinement.spectrum import ErrorSpectrum
 from flexband.uncertainty.adaptive.runs import ResponseRuns
 from flexband.uncertainty.methods.method import Evaluate
 from flexband.uncertainty.surrogates.axes import series
-from flexband.uncertainty.surrogates.diagnostics import running
+from flexband.uncertainty.surrogates.diagnostics import running_rms
 
 
 class CoarseRuns(NamedTuple):
@@ -98,7 +98,9 @@ class Refinement:
             corrections = corrections_of(*given, self.together, options=options)
         corrections |= small
         return {
-            name: corrections[name]._replace(error=running(corrections[name].error, error.window))
+            name: corrections[name]._replace(
+                error=running_rms(corrections[name].error, error.window)
+            )
             for name in self.runs
         }
 

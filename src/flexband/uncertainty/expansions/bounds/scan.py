@@ -21,7 +21,7 @@ def scan(orders: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return η for a scan, (points, m), and the numbers of the points next to each.
 
     Chebyshev–Lobatto points, four per wave of the highest order, or fewer if these are many; if
-    even four in each variable are too many, `scattered` points.
+    even four in each variable are too many, `scatter_points` points.
     """
     counts = [2 * order + 3 if order else 1 for order in orders]
     for most, least in (
@@ -33,10 +33,10 @@ def scan(orders: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
             counts[spare.index(max(spare))] -= 1
     if math.prod(counts) <= OPTIONS.max_scan_points:
         return tensor_grid(counts)
-    return scattered(OPTIONS.scattered_points, np.array(orders) > 0)
+    return scatter_points(OPTIONS.scattered_points, np.array(orders) > 0)
 
 
-def scattered(count: int, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def scatter_points(count: int, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return quasi-random η, (count, m), vertices first, and the points next to each.
 
     Further points have fewer and fewer variables at their ends. Those that are not free are zero.

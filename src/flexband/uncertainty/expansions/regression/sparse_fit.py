@@ -115,7 +115,7 @@ def sparse_fit(
     merit = options.merit_per_order ** np.maximum(orders - 1, 0)
 
     def path(kind: np.ndarray) -> tuple[float, float, np.ndarray]:
-        error, correction, which = _taken(values[:, kind], y, merit[kind], options)
+        error, correction, which = _take_candidates(values[:, kind], y, merit[kind], options)
         return error, correction, np.flatnonzero(kind)[which]
 
     pure = np.count_nonzero(index, axis=1) <= 1
@@ -149,7 +149,7 @@ def principal(series: np.ndarray, round_off: float = 1e-14) -> np.ndarray:
     return modes[:, keep] * np.sqrt(energy[keep])
 
 
-def _taken(
+def _take_candidates(
     values: np.ndarray, y: np.ndarray, merit: np.ndarray, options: SparseFitOptions
 ) -> tuple[float, float, np.ndarray]:
     """Return the error, √T, and the numbers of the candidates that are taken.

@@ -15,7 +15,7 @@ from flexband.uncertainty.inputs.distribution import (
     Moments,
     of_scipy,
 )
-from flexband.uncertainty.inputs.inputs import Numbers, between, place_between
+from flexband.uncertainty.inputs.inputs import Numbers, number_between, place_between
 
 MIN_SHAPE, LARGEST_SHAPE = 0.02, 1e10
 """Of a beta distribution. Below the least, nearly all values are the bounds; one that is given by
@@ -55,7 +55,7 @@ class Uniform(Distribution):
 
     def value(self, standard: np.ndarray) -> np.ndarray:
         """Return midpoint + radius ξ; exactly the bounds at ξ = −1 and 1."""
-        return between(self.lower, self.upper, standard[:, 0])
+        return number_between(self.lower, self.upper, standard[:, 0])
 
     def standard(self, value: np.ndarray) -> np.ndarray:
         """Return ξ of values, within rounding of the bounds."""

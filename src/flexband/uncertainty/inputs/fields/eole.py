@@ -15,7 +15,7 @@ from flexband.uncertainty.inputs.fields.correlation import (
     correlations,
     equidistant,
 )
-from flexband.uncertainty.inputs.fields.series import Series, decomposed
+from flexband.uncertainty.inputs.fields.series import Series, decompose
 
 
 def eole(correlation: Correlation, length: float, domain: tuple[float, float], nodes: int) -> Eole:
@@ -33,7 +33,7 @@ def eole(correlation: Correlation, length: float, domain: tuple[float, float], n
     """
     length, x = equidistant(correlation, length, domain, nodes)
     matrix = correlation_matrix(correlation, length, x)
-    values, vectors = decomposed(matrix, of_correlations=True)
+    values, vectors = decompose(matrix, of_correlations=True)
     return Eole(correlation, length, domain, values, vectors, x)
 
 

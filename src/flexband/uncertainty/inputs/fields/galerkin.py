@@ -25,7 +25,7 @@ from flexband.uncertainty.inputs.fields.correlation import (
     correlations,
     equidistant,
 )
-from flexband.uncertainty.inputs.fields.series import Series, decomposed
+from flexband.uncertainty.inputs.fields.series import Series, decompose
 
 POINTS = 10
 """Gauss points for a correlation function, added to those for polynomials."""
@@ -94,7 +94,7 @@ def galerkin(
     at_places = basis.at((s - first[:, None]) / width)
     matrix = np.einsum("egj,egk->ejk", weights[..., None] * at_places, loads)
     matrix = matrix.reshape(elements * count, -1)
-    values, vectors = decomposed((matrix + matrix.T) / 2, of_correlations=False)
+    values, vectors = decompose((matrix + matrix.T) / 2, of_correlations=False)
     return LegendreModes(correlation, length, domain, values * length, vectors, basis)
 
 

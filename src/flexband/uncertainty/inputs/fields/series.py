@@ -72,7 +72,7 @@ Discretization = Callable[[Correlation, float, tuple[float, float], int], Series
 """``discretization(correlation, length, domain, nodes)``: the series with all its terms."""
 
 
-def decomposed(matrix: np.ndarray, *, of_correlations: bool) -> tuple[np.ndarray, np.ndarray]:
+def decompose(matrix: np.ndarray, *, of_correlations: bool) -> tuple[np.ndarray, np.ndarray]:
     """Return eigenvalues above rounding, the largest first, and vectors; refuse negative ones."""
     smallest = 1e-12  # eigenvalue, relative to the largest, that is told from rounding
     decompositions = []

@@ -55,12 +55,12 @@ def by_saddles(sections, orders, norms, rule, weights, psi, parts, columns, turn
                 phase[:] = rows[:, parts.phase + c * parts.block]
                 if s != 0:
                     phase += s * rows[:, parts.phase + d * parts.block]
-                if saturated(phase, orders):
+                if is_saturated(phase, orders):
                     continue
                 good, scale = _contour(phase, orders, powers, saddle, frame)
                 if good:
                     _integrand(phase, orders, saddle, frame, rule, powers, basis, factors)
-                    good = _weighted(factors, weights, scale)
+                    good = _weight_integrand(factors, weights, scale)
                 if not good:  # all by the same samples, so that no small σ² is lost in differences
                     average(
                         rows, psi, sampled, parts, turning, work, mean, base, first, square, second
@@ -104,7 +104,7 @@ def _integrand(phase, orders, saddle, frame, points, powers, basis, factors):
 
 
 @compiled
-def _weighted(factors, weights, scale):
+def _weight_integrand(factors, weights, scale):
     """Multiply the integrand by the weights and det L; return whether the rule is exact enough."""
     size, mean = 0.0, 0j
     for q in range(len(factors)):
@@ -120,7 +120,7 @@ def _weighted(factors, weights, scale):
 
 
 @compiled
-def saturated(phase, orders):
+def is_saturated(phase, orders):
     """Return whether the slope of the phase is large within `slope_range` standard deviations."""
     slope, bend = 0.0, 0.0
     for j in range(len(phase)):

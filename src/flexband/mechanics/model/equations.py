@@ -57,7 +57,7 @@ class EquationForms(PartRows):
 
     @cached_property
     def _rows_of_variables(self) -> list[Form]:
-        """The same with variables of z in place of the angles."""
+        """The rows of Φ and the travels of frictions, with variables of z as angles."""
         variables = itertools.count(self.state.angle)
         return [row.with_variables(variables) for row in self.rows_with_multipliers]
 

@@ -57,3 +57,12 @@ from tests.mechanics.models import block, two_blocks
 def test_bad_mechanisms_are_refused(build, text):
     with pytest.raises(fb.errors.InputError, match=text):
         build()
+
+
+def test_the_model_of_a_mechanism_does_not_follow_a_mapping_that_changes_later():
+    branches = {"a": 2 * np.pi}
+    body = fb.RigidBody(mass=1.0, inertia=1.0, points={"end": (1.0, 0.0)})
+    mechanism = fb.Mechanism(bodies={"a": body}, branches=branches, sensors={"turn": fb.Angle("a")})
+    branches["a"] = 0.0
+    motion = fb.simulate(mechanism, duration=0.1, step=0.1)
+    assert motion.values[0, 0] == pytest.approx(2 * np.pi, rel=1e-15)

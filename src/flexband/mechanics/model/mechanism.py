@@ -74,12 +74,12 @@ class Mechanism:
         for name, body in self.bodies.items():
             name_errors(f"body {name!r}", check_body, body)
         object.__setattr__(self, "bodies", Fixed(self._divided()))
-        for name, body in self.bodies.items():
-            if body.dimension != self.model.dimension:
-                (first, *_) = self.bodies
+        (first, dimension), *others = ((k, body.dimension) for k, body in self.bodies.items())
+        for name, other in others:
+            if other != dimension:
                 raise InputError(
                     f"bodies must all have vectors of as many components; those of {first!r} have "
-                    f"{self.model.dimension} and those of {name!r} {body.dimension}"
+                    f"{dimension} and those of {name!r} {other}"
                 )
         check_instance("branches", self.branches, Mapping, "a mapping from names to angles")
         object.__setattr__(self, "branches", Fixed(self.branches))

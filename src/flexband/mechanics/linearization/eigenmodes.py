@@ -207,6 +207,8 @@ def _balance_eigenvalues(
     root = np.sqrt(b.astype(complex) ** 2 - 4 * a * c)
     far = -(b + np.where(np.real(np.conj(b) * root) < 0, -root, root)) / 2  # without cancellation
     roots = np.stack([far / a, np.divide(c, far, out=np.zeros_like(far), where=far != 0)])
+    upper = np.argsort(-np.imag(roots), axis=0)  # of two conjugate ones the first, as all others
+    roots = np.take_along_axis(roots, upper, axis=0)
     nearest = np.take_along_axis(roots, np.abs(roots - s).argmin(axis=0)[None], axis=0)[0]
     terms = np.abs(np.stack([a * s**2, b * s, c])).max(axis=0)
     rounded = np.abs(a * s**2 + b * s + c) > unbalanced * terms

@@ -27,7 +27,7 @@ class Budget(int):
     exact = False
 
     @classmethod
-    def from_batches(cls, total: int, each: int) -> Budget:
+    def from_levels(cls, total: int, each: int) -> Budget:
         """Return a total with what is known of it."""
         made = cls(total)
         made.each = each

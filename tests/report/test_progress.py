@@ -113,7 +113,7 @@ def test_the_time_left_is_told_once_it_is_known(capsys, monkeypatch, each):
     """The first batch compiles for 60 s; a thousand batches of 8 runs follow, each in 0.5 s."""
     clock = [1000.0]
     monkeypatch.setattr(shown.time, "monotonic", lambda: clock[0])
-    whole = 8008 if each is None else Budget.from_batches(8008, each)
+    whole = 8008 if each is None else Budget.from_levels(8008, each)
 
     def tell(progress):
         progress(0, whole)

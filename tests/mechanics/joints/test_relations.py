@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import flexband as fb
-from flexband.mechanics.joints.joint import Joint
+from flexband.mechanics.joints.joint import PairJoint
 from flexband.mechanics.kernels.forms import at_point, constant_vector, dot, subtract
 from flexband.mechanics.kernels.relations import (
     across,
@@ -23,15 +23,11 @@ CRANK, ROD = 0.3, 1.1  # m
 AXIS, PLACE = np.array([0.8, 0.36, -0.48]), np.array([0.2, -0.1, 0.25])  # of the guide
 
 
-class Related(Joint):
+class Related(PairJoint):
     """A joint that is a function of two frames."""
 
     def __init__(self, first, second, rows):
         self.first, self.second, self.rows = first, second, rows
-
-    @property
-    def points(self):
-        return [self.first, self.second]
 
     def constraints(self, frame):
         return self.rows(frame(self.first), frame(self.second))

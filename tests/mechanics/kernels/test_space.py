@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import flexband as fb
-from flexband.mechanics.joints.joint import Joint
+from flexband.mechanics.joints.joint import Joint, PairJoint
 from flexband.mechanics.kernels.forms import (
     Form,
     add,
@@ -206,15 +206,11 @@ def test_a_torsion_spring_about_a_tilted_axis_counts_turns():
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.15)
 
 
-class Drive(Joint):
+class Drive(PairJoint):
     """A pin along the third axes of both bodies, and the angle about it as a function of time."""
 
     def __init__(self, first, second, turn):
         self.first, self.second, self.turn = first, second, turn
-
-    @property
-    def points(self):
-        return [self.first, self.second]
 
     def constraints(self, frame):
         a, b = frame(self.second), frame(self.first)

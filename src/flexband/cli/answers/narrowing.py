@@ -27,10 +27,10 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.report.text.numbers import number, percent_to_tenth
     from flexband.report.text.tables import (
         CONSTANT,
-        averaging_text,
         constants,
         deviations,
         error_in_words,
+        mean_error_text,
         outputs_of,
         select,
         unit_of,
@@ -96,7 +96,7 @@ def narrow(
         if name not in still:
             cells = [number(old), number(new), percent_to_tenth(new / old)]
         rows.append([f"{name or 'response'}{of_unit[name]}", *cells])
-    width = f"width of the error bar{averaging_text(before)}"
+    width = f"width of the error bar{mean_error_text(before)}"
     header = ["output", width, "narrowed", "of what it was"]
     printed = [(f"Narrowed inputs: error bar μ ± {deviations(after)}", (header, rows))]
     if limits:

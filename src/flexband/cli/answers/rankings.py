@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.analysis.results import AnswerRecord
     from flexband.analysis.selection import surrogates_of
     from flexband.report.page.answers import only_one
-    from flexband.report.page.inputs import averaging_text
+    from flexband.report.page.inputs import mean_share_text
     from flexband.report.plot.figures import bounds_figure, contributions_figure
     from flexband.report.text.drawable import drawable_outputs
     from flexband.report.text.numbers import percent_to_tenth
@@ -51,7 +51,7 @@ def contributions(
     names = [str(name) for name in ranking["name"].values]
     shares = {kind: _by_output(ranking[kind].where(ranking["varies"])) for kind in kinds}
     mean, widest = shares.values()
-    averaged = averaging_text(ranking).removeprefix(", ")
+    averaged = mean_share_text(ranking).removeprefix(", ")
     parts = {averaged: mean}
     if averaged:
         parts["where the bar is widest"] = widest

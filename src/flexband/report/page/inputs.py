@@ -62,12 +62,12 @@ def with_shares(table: Table, contributions: xr.Dataset | None) -> Table:
     shares = contributions["mean_share"]
     names = [str(name) for name in shares["name"].values]
     cells = [_matters(shares.isel(name=names.index(r[0]))) if r[0] in names else "" for r in rows]
-    return [*header, f"matters{averaging_text(contributions)}"], [
+    return [*header, f"matters{mean_share_text(contributions)}"], [
         [*row, cell] for row, cell in zip(rows, cells, strict=True)
     ]
 
 
-def averaging_text(contributions: xr.Dataset) -> str:
+def mean_share_text(contributions: xr.Dataset) -> str:
     """Return over what the shares of inputs are means, in words after a comma; "" if over none."""
     mean, every = contributions["mean_share"].dims, contributions["contribution"].dims
     return f", mean over {every[-1]}" if len(mean) < len(every) else ""

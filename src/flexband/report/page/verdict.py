@@ -11,7 +11,7 @@ import xarray as xr
 from flexband.analysis.limits.least_margin import MarginRecord
 from flexband.analysis.limits.verdicts import LimitCheck, largest_around
 from flexband.analysis.probability.texts import chance, share_in_words
-from flexband.report.page.inputs import averaging_text
+from flexband.report.page.inputs import mean_share_text
 from flexband.report.text import tables
 from flexband.report.text.doubts import doubt_line, doubt_text
 from flexband.report.text.numbers import number
@@ -114,7 +114,7 @@ def what_matters(contributions: xr.Dataset, limits: xr.Dataset | None) -> str:
     first, part = largest[0]
     words = (
         f"without its uncertainty, the error bar would be {tables.percent(part)} narrower"
-        f"{averaging_text(contributions)}"
+        f"{mean_share_text(contributions)}"
     )
     if len(names) == 1:
         return f"What matters most is {first}: {words}."
@@ -166,7 +166,7 @@ def _around(contributions: xr.Dataset, limit: xr.Dataset, name: str) -> tuple[st
     """Return the input that matters most around a limit's least margin, its share, and where."""
     input_, share, at = largest_around(contributions, limit, name)
     if at is None:
-        return input_, share, averaging_text(contributions)
+        return input_, share, mean_share_text(contributions)
     last = contributions["width"][contributions["width"].dims[-1]]
     unit = unit_of_variable(last, ("s" if last.name == "time" else ""))
     where = f" around {f'{last.name} {number(at)} {unit}'.rstrip()}, where its margin is least"

@@ -187,7 +187,7 @@ def error_in_words(bands: xr.Dataset) -> str:
         text += f"; ± {up_to}{percent(max(small.values()))} of {whose} own, much smaller width"
         text += f" for {', '.join(small)}"
     at_times = (
-        f". At single times: up to ± {at}" if (at := worst_time(bands)) else averaging_text(bands)
+        f". At single times: up to ± {at}" if (at := worst_time(bands)) else mean_error_text(bands)
     )
     return f"{text}{at_times}."
 
@@ -215,7 +215,7 @@ def worst_time(bands: xr.Dataset) -> str:
     return f"{percent(float(parts[worst].max()))} ({of_output}{time} {stamp} {unit}".rstrip() + ")"
 
 
-def averaging_text(bands: xr.Dataset) -> str:
+def mean_error_text(bands: xr.Dataset) -> str:
     """Return over what expected errors are averaged, in words after a comma; or nothing."""
     time = time_of(bands)
     return "" if time is None else f", mean over {time}"
@@ -290,8 +290,8 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
             source = f"{number_of(checks, 'held-out run')}, which can miss what happens in {missed}"
             source += " of the space"
         lines.append(
-            f"Expected error{averaging_text(bands)}: {percent(record.expected_error)} of the error "
-            f"bar's width ({source})"
+            f"Expected error{mean_error_text(bands)}: {percent(record.expected_error)} of the "
+            f"error bar's width ({source})"
         )
         lines += [
             f"At single times it may be up to {worst}" for worst in [worst_time(bands)] if worst

@@ -17,7 +17,7 @@ from flexband.errors import (
 from flexband.uncertainty.adaptive.adaptation import Adaptation, StopReason
 from flexband.uncertainty.adaptive.interpolation import fewest_fitted
 from flexband.uncertainty.adaptive.refinement.correction import ExtrapolationOptions
-from flexband.uncertainty.adaptive.resolution import solve_on_finest
+from flexband.uncertainty.adaptive.resolution import solve_with_refinement
 from flexband.uncertainty.adaptive.results import advice, orders_used, surrogate_of, what_helps
 from flexband.uncertainty.adaptive.runs import MIN_HELD
 from flexband.uncertainty.inputs.space import Space
@@ -167,7 +167,7 @@ class AdaptivePCCI(ExpansionMethod):
                 corrected_above=least,
             )
 
-        course, attrs = solve_on_finest(begin, evaluate, self.tolerance)
+        course, attrs = solve_with_refinement(begin, evaluate, self.tolerance)
         stopped = StopReason(str(attrs["stopped"]))
         attrs |= {
             "advice": advice(course, stopped),

@@ -55,7 +55,7 @@ class RefinementOptions(NamedTuple):
     max_failed: int = 2  # levels that fail in a row before the last that did not is taken
 
 
-def solve_on_finest(
+def solve_with_refinement(
     begin: Callable[[Evaluate], Adaptation],
     evaluate: Evaluate,
     tolerance: float,

@@ -73,7 +73,7 @@ def in_cases(
         if isinstance(total, Budget):
             budget = total
         if budget and (total is budget or remaining > 1):
-            whole = Budget.from_batches(whole, budget.each)
+            whole = Budget.from_levels(whole, budget.each)
         if options.progress is not None:
             options.progress(finished + done, whole)
 
@@ -286,7 +286,7 @@ class CountedRuns:
     def budget(self) -> int:
         """The number of all runs, or the most of a method that finds out how many it needs."""
         if self.method.chooses_discretization:
-            return Budget.from_batches(self.total, self.each)
+            return Budget.from_levels(self.total, self.each)
         return self.total
 
     def attributes(self, of_method: Mapping[str, Any]) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxRole
 from sphinx.util.osutil import relative_uri
 
-from flexband.namespaces import NAMESPACES
+from flexband.basics.namespaces import NAMESPACES
 
 SOURCE = Path(__file__).parents[1] / "src" / "flexband"
 MODULES = {

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import flexband as fb
-from flexband.absent import ABSENT, absent
+from flexband.basics.absent import ABSENT, absent
 from tests.public_names import PUBLIC
 
 PAGE = (Path(__file__).parents[1] / "docs" / "explanation" / "absent.md").read_text()

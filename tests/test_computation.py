@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flexband import computation as module
-from flexband.computation import parsed, source_hash
+from flexband.basics import computation as module
+from flexband.basics.computation import parsed, source_hash
 
 CODE = '''"""Springs."""
 
@@ -53,7 +53,7 @@ def package(tmp_path, monkeypatch):
     monkeypatch.setattr(module, "PACKAGE", tmp_path)
     now = time.time
     monkeypatch.setattr(module.time, "time", lambda: now() + 60.0)
-    monkeypatch.setattr("flexband.computation.user_folder", lambda: tmp_path / "user")
+    monkeypatch.setattr("flexband.basics.computation.user_folder", lambda: tmp_path / "user")
     return tmp_path
 
 

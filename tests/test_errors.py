@@ -5,12 +5,14 @@ import numpy as np
 import pytest
 
 import flexband as fb
-from flexband import errors
+from flexband.basics import checks
+from flexband.basics.user_functions import evaluate_function
+from flexband.basics.warning import warn
 
 
 def test_a_warning_points_to_the_line_of_the_user():
     with pytest.warns(fb.errors.FlexbandWarning, match="implausible") as found:
-        errors.warn("an implausible number")
+        warn("an implausible number")
     assert Path(found[0].filename) == Path(__file__)
 
 
@@ -46,10 +48,10 @@ REFUSED = [
 @pytest.mark.parametrize("value", REFUSED, ids=lambda value: type(value).__name__)
 def test_what_is_no_number_is_refused_by_name(value):
     for check in (
-        errors.check_finite,
-        errors.check_positive,
-        errors.check_non_negative,
-        errors.check_numbers,
+        checks.check_finite,
+        checks.check_positive,
+        checks.check_non_negative,
+        checks.check_numbers,
     ):
         with pytest.raises(fb.errors.InputError, match=r"mass \[kg\] must be"):
             check("mass [kg]", value)
@@ -57,7 +59,7 @@ def test_what_is_no_number_is_refused_by_name(value):
 
 @pytest.mark.parametrize("value", [2, 2.0, np.float32(2), np.int8(2), 10**30, np.array(2.0)])
 def test_a_number_is_a_float(value):
-    array = errors.check_positive("mass", value)
+    array = checks.check_positive("mass", value)
     assert array.dtype == float
     assert array == float(value)
 
@@ -74,9 +76,9 @@ def test_what_a_function_returns_is_named():
     with pytest.raises(
         fb.errors.InputError, match=r"function '.*angle' raised an error at 1: ZeroDiv"
     ):
-        errors.returned(angle, 1)
+        evaluate_function(angle, 1)
     with pytest.raises(fb.errors.InputError, match="angle' at 2 must be numbers; got None"):
-        errors.returned(angle, 2)
+        evaluate_function(angle, 2)
 
 
 def test_an_angle_in_degrees_is_remarked_on():
@@ -90,19 +92,19 @@ def test_a_text_in_place_of_a_number_is_called_one():
     with pytest.raises(
         fb.errors.InputError, match=r"got the text '1e-3'; write .* without quotes. YAML"
     ):
-        errors.check_positive("mass [kg]", "1e-3")
+        checks.check_positive("mass [kg]", "1e-3")
     with pytest.raises(
         fb.errors.InputError, match=r"got the text '12'; write the number without quotes$"
     ):
-        errors.check_integer("samples", "12", 1)
+        checks.check_integer("samples", "12", 1)
     with pytest.raises(
         fb.errors.InputError, match=r"must be finite numbers; got the text 'heavy'$"
     ):
-        errors.check_numbers("mass [kg]", "heavy")
+        checks.check_numbers("mass [kg]", "heavy")
 
 
 def test_zero_may_be_allowed_besides_a_range():
-    assert [errors.check_integer("runs", k, 2, or_zero=True) for k in (0, 2, 5)] == [0, 2, 5]
+    assert [checks.check_integer("runs", k, 2, or_zero=True) for k in (0, 2, 5)] == [0, 2, 5]
     for bad in (1, -1):
         with pytest.raises(fb.errors.InputError, match=f"runs must be 0, or 2 or more; got {bad}"):
-            errors.check_integer("runs", bad, 2, or_zero=True)
+            checks.check_integer("runs", bad, 2, or_zero=True)

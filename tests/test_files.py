@@ -4,7 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from flexband.files import replaced
+from flexband.basics.files import replaced
 
 
 def test_writers_of_one_file_do_not_mix(tmp_path):

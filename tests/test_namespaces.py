@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import flexband as fb
-from flexband.namespaces import NAMESPACES
+from flexband.basics.namespaces import NAMESPACES
 from tests.public_names import PLACES, PUBLIC
 
 FLAT = {

@@ -17,19 +17,12 @@ from flexband.cli.commands import MODULES, asks_for_help, commands
 
 SOURCE = Path(fb.__file__).parent
 ROOMS = [
-    "words",
-    "absent",
-    "namespaces",
     "remarks",
+    "basics.words",
+    "basics.absent",
+    "basics.namespaces",
     "errors",
-    "arguments",
-    "error_text",
-    "prescribed_motion",
-    "rounding",
-    "files",
-    "progress",
-    "response",
-    "computation",
+    "basics",
     "compilation",
     "execution",
     "mechanics.kernels",
@@ -73,9 +66,6 @@ this list, and lower files of its own."""
 
 HALVES = {"mechanics", "uncertainty"}, {"mechanics", "requirements"}, {"mechanics", "analysis"}
 """These do not know each other."""
-
-MAX_FILES = 14
-"""In a folder."""
 
 NAMESPACES = {
     SOURCE / f"{name}.py"
@@ -149,11 +139,6 @@ def test_only_the_report_and_the_command_line_import_what_draws_and_prints():
         if module.split(".")[0] not in ("report", "cli"):
             packages = {name.split(".")[0] for name in imports(file)}
             assert not packages & {"matplotlib", "rich", "typer"}, module
-
-
-def test_folders_are_small():
-    for folder in (SOURCE, *(f for f in SOURCE.rglob("*") if f.is_dir())):
-        assert len({file for file in FILES.values() if file.parent == folder}) <= MAX_FILES
 
 
 def test_importing_loads_nothing_heavy():

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 import flexband as fb
-from flexband.arguments import ArgumentError
-from flexband.words import all_of, are, number_of, with_article
+from flexband.basics.arguments import ArgumentError
+from flexband.basics.words import all_of, are, number_of, with_article
 from tests.public_names import PUBLIC
 
 COUNTED = re.compile(

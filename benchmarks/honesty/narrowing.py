@@ -26,7 +26,7 @@ from benchmarks.honesty.honesty import THREADS, cases, named
 from benchmarks.honesty.problems import Problem
 from benchmarks.honesty.rates import Outcome, false, outcome, rates, right, too_small
 from benchmarks.honesty.references import Term
-from flexband.response import Response
+from flexband.basics.response import Response
 
 TOLERANCE = 0.01
 LEAST, MOST = 0.3, 0.9

@@ -7,7 +7,7 @@ scattered material properties as random fields, and hybrid expansions that propa
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from flexband.namespaces import lazy_names
+from flexband.basics.namespaces import lazy_names
 
 __version__: str
 

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from flexband.namespaces import lazy_names
+from flexband.basics.namespaces import lazy_names
 
 if TYPE_CHECKING:
     from flexband.mechanics.bodies.section_stiffness import (

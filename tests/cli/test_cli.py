@@ -374,8 +374,8 @@ def test_odd_study_files_are_one_line(tmp_path, text, message):
 
 
 def test_warnings_are_remarks(study_file, tmp_path):
-    text = STUDY.replace("    values =", "    errors.warn('an odd number')\n    values =", 1)
-    study_file.write_text("from flexband import errors\n" + text, encoding="utf-8")
+    text = STUDY.replace("    values =", "    warn('an odd number')\n    values =", 1)
+    study_file.write_text("from flexband.basics.warning import warn\n" + text, encoding="utf-8")
     result = call("run", study_file, "--output", tmp_path / "out")
     assert result.exit_code == 0, result.output
     assert "flexband: remark: an odd number" in result.output

@@ -8,9 +8,9 @@ import pytest
 import xarray as xr
 
 import flexband as fb
+from flexband.basics.progress import listener
 from flexband.mechanics.engine.batch import run_samples
 from flexband.mechanics.kernels.failure_codes import FAILURE
-from flexband.progress import listener
 from tests.execution.responses import good
 from tests.mechanics.models import hardening_spring
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import flexband as fb
-from flexband import errors, progress
+from flexband.basics import checks, progress
 from flexband.mechanics.engine import threads
 from flexband.mechanics.simulate import TimeGrid
 from tests.mechanics.models import (
@@ -165,7 +165,7 @@ def test_times_are_the_nearest_numbers_with_their_digits(duration, step, substep
 
 
 def test_tables_of_too_many_steps_are_refused_before_they_are_made(monkeypatch):
-    monkeypatch.setattr(errors, "free_memory", lambda: 3e8)
+    monkeypatch.setattr(checks, "free_memory", lambda: 3e8)
     monkeypatch.setattr(importlib.import_module("flexband.mechanics.simulate"), "run_samples", None)
     with pytest.raises(
         fb.errors.InputError, match="1 sample of 2 outputs at 1000001 times would take"

@@ -3,7 +3,8 @@
 import re
 
 import flexband as fb
-from flexband import contact, progress
+from flexband import contact
+from flexband.basics import progress
 from flexband.mechanics.engine.free_steps.under_way import BlocksUnderWay
 
 LAW = contact.KeepsRestitution(stiffness=1e7, restitution=0.7)

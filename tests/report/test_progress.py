@@ -6,7 +6,7 @@ import xarray as xr
 
 import flexband as fb
 import flexband.report.progress as shown
-from flexband.progress import Budget
+from flexband.basics.progress import Budget
 
 
 def lines_of(capsys, tell):

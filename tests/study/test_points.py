@@ -9,8 +9,8 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import flexband as fb
+from flexband.basics.words import are
 from flexband.cli import app
-from flexband.words import are
 
 TIMES = [0.0, 1 / 3, 2 / 3]
 STUDY = f"""

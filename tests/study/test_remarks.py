@@ -150,7 +150,7 @@ def test_an_impulse_undecides_the_forces_that_it_is_in(tmp_path):
 
 def response_with(remark):
     def response(a):
-        fb.errors.warn("what is remarked", remarks=[remark])
+        warn("what is remarked", remarks=[remark])
         return xr.DataArray(
             np.stack([a, 2 * a], axis=1), {"output": ["x", "y"]}, ("sample", "output")
         )

@@ -10,8 +10,8 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import flexband as fb
+from flexband.basics.computation import NUMBERING
 from flexband.cli import app
-from flexband.computation import NUMBERING
 from flexband.errors import InputError
 
 OLDER = Path(__file__).parent / "results_of_ce872fc.zip"
@@ -128,7 +128,7 @@ def test_outdated_runs_are_not_used(bob):
 def test_a_number_that_rises_makes_results_outdated(bob, field, word, monkeypatch):
     call("run", bob.with_name("bob.py"), "-o", bob, "--replace")
     raised = NUMBERING._replace(**{field: getattr(NUMBERING, field) + 1})
-    monkeypatch.setattr("flexband.computation.NUMBERING", raised)
+    monkeypatch.setattr("flexband.basics.computation.NUMBERING", raised)
     assert f"computes {word} otherwise now" in call("report", bob, status=1)
     with pytest.raises(InputError, match=f"computes {word} otherwise now"):
         fb.load_surrogate(bob / "surrogate.npz")

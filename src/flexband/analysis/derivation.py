@@ -26,7 +26,9 @@ from flexband.analysis.sampled import (
     sampling_error,
 )
 from flexband.analysis.selection import AnySurrogate, surrogates_of
-from flexband.errors import InputError, check_fraction, check_function, check_integer, shown
+from flexband.basics.checks import check_fraction, check_function, check_integer
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.uncertainty.expansions.bounds.scan import scatter_points
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -202,7 +204,11 @@ class _Derivation:
             if shifts:
                 data[f"{name}_expected_error"] = dims, moved[both].reshape(shape)
             data |= places(f"{name}_at", space, eta[both], dims, shape)
-        attrs = {"sigmas": self.sigmas, "probability": self.part, "quantity": shown(self.quantity)}
+        attrs = {
+            "sigmas": self.sigmas,
+            "probability": self.part,
+            "quantity": value_text(self.quantity),
+        }
         attrs |= sampling_attrs(
             len(xi), seed, f" on {searched}, to the nearest 1/{self.lattice} in η"
         )

@@ -26,7 +26,8 @@ from flexband.analysis.sampled import (
     sampling_attrs,
 )
 from flexband.analysis.selection import AnySurrogate, Labels, select_places, surrogates_of
-from flexband.errors import InputError, check_finite, check_instance, check_integer
+from flexband.basics.checks import check_finite, check_instance, check_integer
+from flexband.errors import InputError
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 VALUES = 101

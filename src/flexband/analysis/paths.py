@@ -18,7 +18,8 @@ from flexband.analysis.quantities import output_of
 from flexband.analysis.results import AnswerRecord, answer, check_free, expected_error, places
 from flexband.analysis.selection import AnySurrogate, Labels
 from flexband.analysis.value_ranges import checked_probability, range_of
-from flexband.errors import InputError, check_instance, check_integer
+from flexband.basics.checks import check_instance, check_integer
+from flexband.errors import InputError
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.phases.combination import combine
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas

@@ -29,7 +29,9 @@ from flexband.analysis.sampled import (
     sampling_error,
 )
 from flexband.analysis.selection import AnySurrogate, Labels
-from flexband.errors import InputError, check_finite, check_integer, shown
+from flexband.basics.checks import check_finite, check_integer
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.threads import in_threads
 from flexband.uncertainty.inputs.space import Space
@@ -128,9 +130,13 @@ def checked_probabilities(probabilities: ArrayLike) -> np.ndarray:
     """Return probabilities between 0 and 1, increasing, shape (probabilities,)."""
     p = np.atleast_1d(check_finite("probabilities", probabilities, rank=None))
     if p.ndim > 1 or len(np.unique(p)) < len(p):
-        raise InputError(f"probabilities must be different numbers; got {shown(probabilities)}")
+        raise InputError(
+            f"probabilities must be different numbers; got {value_text(probabilities)}"
+        )
     if p.min() <= 0 or p.max() >= 1:
-        raise InputError(f"probabilities must be above 0 and below 1; got {shown(probabilities)}")
+        raise InputError(
+            f"probabilities must be above 0 and below 1; got {value_text(probabilities)}"
+        )
     return np.sort(p)
 
 

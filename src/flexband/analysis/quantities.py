@@ -14,10 +14,12 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.peaks import TimeAxis, least_between
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_numbers, check_positive, shown
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_numbers, check_positive
+from flexband.basics.rounding import unit_of_variable
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.requirements.corridors import ALWAYS, Window
-from flexband.rounding import unit_of_variable
 from flexband.uncertainty.surrogates.axes import axes_of
 
 Quantity = Callable[[xr.DataArray], xr.DataArray]
@@ -41,7 +43,9 @@ class Magnitude:
 
     def __init__(self, *outputs: str):
         if len(set(map(str, outputs))) < max(2, len(outputs)):
-            raise InputError(f"outputs must be two different names or more; got {shown(outputs)}")
+            raise InputError(
+                f"outputs must be two different names or more; got {value_text(outputs)}"
+            )
         object.__setattr__(self, "outputs", tuple(_checked(output) for output in outputs))
 
     def __call__(self, response: xr.DataArray) -> xr.DataArray:
@@ -225,7 +229,7 @@ def made_of(response: xr.DataArray, quantity: Quantity) -> xr.DataArray:
             f"dims {values.dims} and shape {values.shape}"
         )
     if values.dtype.kind not in "biuf" or not np.isfinite(values.values).all():
-        raise InputError(f"quantity must return finite numbers; got {shown(values.values)}")
+        raise InputError(f"quantity must return finite numbers; got {value_text(values.values)}")
     return values.astype(float)
 
 
@@ -248,7 +252,7 @@ def _unit_of_last(output: xr.DataArray) -> str:
 
 def _checked(output: str) -> str:
     if not isinstance(output, str) or not output:
-        raise InputError(f"an output must be given by its name; got {shown(output)}")
+        raise InputError(f"an output must be given by its name; got {value_text(output)}")
     return output
 
 

@@ -10,20 +10,20 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from flexband.analysis.quantities import output_of
-from flexband.arguments import arguments_checked
-from flexband.errors import (
-    InputError,
-    ResolutionWarning,
-    RunError,
-    check_finite,
-    check_function,
-    check_instance,
-    shown,
-    warn,
+from flexband.basics.arguments import arguments_checked
+from flexband.basics.checks import check_finite, check_function, check_instance
+from flexband.basics.response import (
+    Description,
+    Response,
+    ResponseFunction,
+    WrappingResponse,
+    as_response,
 )
+from flexband.basics.rounding import Units
+from flexband.basics.warning import warn
+from flexband.basics.words import value_text
+from flexband.errors import InputError, ResolutionWarning, RunError
 from flexband.requirements.units import factor
-from flexband.response import Description, Response, ResponseFunction, WrappingResponse, as_response
-from flexband.rounding import Units
 
 
 @arguments_checked
@@ -83,7 +83,7 @@ class OverOutput(WrappingResponse):
         numbers = check_finite("values", values, rank=None)
         if numbers.ndim != 1 or len(numbers) < 2 or np.any(np.diff(numbers) <= 0):
             raise InputError(
-                f"values must be two numbers or more that increase; got {shown(values)}"
+                f"values must be two numbers or more that increase; got {value_text(values)}"
             )
         if unit is not None:
             check_instance("unit", unit, str, "a unit, such as 'deg'")
@@ -159,7 +159,7 @@ class OverOutput(WrappingResponse):
         if dims[:2] != ("sample", "output") or len(dims) != 3 or min(series.shape[1:]) < 2:
             raise InputError(
                 "response must return a DataArray with dims (sample, output, time) and two outputs "
-                f"or more; got {shown(dict(series.sizes) if dims else series)}"
+                f"or more; got {value_text(dict(series.sizes) if dims else series)}"
             )
         if series.shape[2] < 7:
             raise InputError(f"response must have at least 7 times; got {series.shape[2]}")

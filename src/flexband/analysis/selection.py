@@ -10,7 +10,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, check_instance, shown
+from flexband.basics.checks import check_instance
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -53,7 +55,9 @@ def select_places(surrogate: Surrogate, at: Labels | None) -> Surrogate:
     for dim, dim_labels in at.items():
         if dim not in labels.dims[1:]:
             dims = ", ".join(map(str, labels.dims[1:])) or "none"
-            raise InputError(f"at must name dimensions of the response, {dims}; got {shown(dim)}")
+            raise InputError(
+                f"at must name dimensions of the response, {dims}; got {value_text(dim)}"
+            )
         indices = _positions(labels, dim, dim_labels)
         chosen[dim] = int(indices[0]) if np.ndim(dim_labels) == 0 else np.unique(indices)
     numbers = np.arange(int(np.prod(labels.shape[1:], dtype=int)))
@@ -86,27 +90,31 @@ def _positions(labels: xr.DataArray, dim: str, dim_labels: ArrayLike) -> np.ndar
     try:
         asked = np.atleast_1d(np.asarray(dim_labels))
     except (TypeError, ValueError):
-        raise InputError(f"{several} must be labels; got {shown(dim_labels)}") from None
+        raise InputError(f"{several} must be labels; got {value_text(dim_labels)}") from None
     if asked.ndim > 1 or not asked.size:
-        raise InputError(f"{several} must be a label or a list of them; got {shown(dim_labels)}")
+        raise InputError(
+            f"{several} must be a label or a list of them; got {value_text(dim_labels)}"
+        )
     if dim not in labels.coords:
         whole = asked.dtype.kind in "iuf" and (asked == np.round(asked)).all()
         if not whole or asked.min() < 0 or asked.max() >= count:
             allowed = f"positions from 0 to {count - 1}, since {dim} has no labels"
-            raise InputError(f"{several} must be {allowed}; got {shown(dim_labels)}")
+            raise InputError(f"{several} must be {allowed}; got {value_text(dim_labels)}")
         return asked.astype(int)
     coordinate = labels[dim].values
     named = dim == "output" and asked.dtype.kind == "U"  # outputs may be numbered
     if coordinate.dtype.kind in "iuf" and not named:
         if asked.dtype.kind not in "iuf" or not np.isfinite(asked).all():
-            raise InputError(f"{several} must be finite numbers; got {shown(dim_labels)}")
+            raise InputError(f"{several} must be finite numbers; got {value_text(dim_labels)}")
         slack = 1e-9 * (np.ptp(coordinate) or abs(coordinate[0]))  # rounding, at the ends
         if asked.min() < coordinate.min() - slack or asked.max() > coordinate.max() + slack:
             ends = f"from {coordinate.min():g} to {coordinate.max():g}"
-            raise InputError(f"{several} must be {ends}; got {shown(dim_labels)}")
+            raise InputError(f"{several} must be {ends}; got {value_text(dim_labels)}")
         return np.abs(asked[:, None].astype(float) - coordinate).argmin(axis=1)
     positions = {str(name): k for k, name in enumerate(coordinate.tolist())}
     for name in asked.tolist():
         if str(name) not in positions:
-            raise InputError(f"{several} must be one of {', '.join(positions)}; got {shown(name)}")
+            raise InputError(
+                f"{several} must be one of {', '.join(positions)}; got {value_text(name)}"
+            )
     return np.array([positions[str(name)] for name in asked.tolist()])

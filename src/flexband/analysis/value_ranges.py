@@ -12,7 +12,8 @@ from scipy.special import ndtri
 from flexband.analysis.intervals import over_intervals, over_options
 from flexband.analysis.results import Variables, answer, expected_error
 from flexband.analysis.selection import AnySurrogate, Labels
-from flexband.errors import InputError, check_numbers
+from flexband.basics.checks import check_numbers
+from flexband.errors import InputError
 from flexband.uncertainty.expansions.bounds.scan import lobatto
 from flexband.uncertainty.expansions.expansion import join_outputs
 from flexband.uncertainty.expansions.hybrid import HybridExpansion

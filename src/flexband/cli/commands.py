@@ -15,8 +15,8 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
+from flexband.basics.namespaces import imports_for_types
 from flexband.cli.methods import add_method_options
-from flexband.namespaces import imports_for_types
 
 MODULES = (  # the order of the help page
     "runs", "status", "report", "exchange.export", "comparison", "exchange.points",

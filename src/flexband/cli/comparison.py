@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import flexband as fb
+from flexband.basics.files import try_write
 from flexband.cli.application import app
 from flexband.cli.files import File, Output, Replace, check_folder
 from flexband.cli.messages import UsageError, print_table, print_text, reported_errors, usage
-from flexband.files import try_write
 from flexband.study.folder import StudyFolder
 
 if TYPE_CHECKING:  # imported when a command is called

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from flexband.basics.files import replaced, try_write
 from flexband.cli.messages import print_remark
 from flexband.errors import InputError
-from flexband.files import replaced, try_write
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -15,7 +15,7 @@ from rich.cells import cell_len
 from rich.table import Column
 from rich.table import Table as RichTable
 
-from flexband.error_text import error_text, signal_of
+from flexband.basics.error_text import error_text, signal_of
 from flexband.errors import FlexbandWarning, InputError
 from flexband.report.text.terminal import Terminal, printable
 

@@ -10,9 +10,10 @@ from typing import Any
 
 import flexband as fb
 from flexband.analysis.verification import MAX_RUNS
+from flexband.basics.checks import check_integer, check_option, check_positive
 from flexband.cli.messages import UsageError, usage
 from flexband.cli.options import POLICIES
-from flexband.errors import InputError, StoreError, check_integer, check_option, check_positive
+from flexband.errors import InputError, StoreError
 from flexband.execution.dask import Dask
 from flexband.execution.processes import Processes
 from flexband.study.folder import StudyFolder

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import flexband as fb
+from flexband.basics.checks import check_integer
+from flexband.basics.files import try_write
 from flexband.cli.application import app
 from flexband.cli.files import Folder
 from flexband.cli.messages import UsageError, print_remark, print_text, reported_errors, usage
-from flexband.errors import InputError, check_integer
+from flexband.errors import InputError
 from flexband.execution.names import FileName
-from flexband.files import try_write
 
 if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr

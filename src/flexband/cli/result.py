@@ -6,9 +6,10 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from flexband.basics.error_text import error_text
+from flexband.basics.words import number_of
 from flexband.cli.files import draw_limits
 from flexband.cli.messages import ExitStatus, print_json, print_remark, print_table, print_text
-from flexband.error_text import error_text
 from flexband.errors import InputError
 from flexband.execution.names import FileName
 from flexband.report.page.page_file import check_shown, read_given
@@ -19,7 +20,6 @@ from flexband.report.text.parts import parts_table, sampling_line
 from flexband.report.text.remarks import remark_line, standing_remarks, untouched_by
 from flexband.report.text.verdicts import verdict_line
 from flexband.requirements.verdict import RequirementVerdict, Verdict, worst_of
-from flexband.words import number_of
 
 if TYPE_CHECKING:
     from flexband.cli.plan import Plan

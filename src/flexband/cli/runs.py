@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from flexband.analysis.verification import RUNS
+from flexband.basics.progress import listener
+from flexband.basics.words import are
 from flexband.cli.application import app
 from flexband.cli.files import File, Folder, Output, check_folder
 from flexband.cli.messages import Ending, ExitStatus, print_text, reported_errors, usage
@@ -17,10 +19,8 @@ from flexband.cli.methods import with_method_options
 from flexband.cli.options import POLICIES, Failed, Method, Sigmas, Trust
 from flexband.errors import RunsNeeded
 from flexband.execution.names import FileName
-from flexband.progress import listener
 from flexband.study.folder import StudyFolder
 from flexband.uncertainty.runs import BATCH
-from flexband.words import are
 
 if TYPE_CHECKING:  # imported when a command is called
     from flexband.cli.plan import Plan, plan_in

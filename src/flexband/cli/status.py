@@ -13,10 +13,11 @@ import numpy as np
 import typer
 from rich.live import Live
 
+from flexband.basics.computation import OutdatedError, check_numbering
+from flexband.basics.words import are, number_of
 from flexband.cli.application import app
 from flexband.cli.files import Folder
 from flexband.cli.messages import print_json, print_text, reported_errors
-from flexband.computation import OutdatedError, check_numbering
 from flexband.errors import StoreError
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.names import RunStatus
@@ -25,7 +26,6 @@ from flexband.report.text.doubts import doubt_text
 from flexband.report.text.terminal import Terminal
 from flexband.study.folder import FORMAT, StudyFolder, checksum_of
 from flexband.study.results.reliability import Doubt
-from flexband.words import are, number_of
 
 
 @app.command()

@@ -24,10 +24,10 @@ from typing import Any
 import numpy as np
 from llvmlite import binding, ir
 
+from flexband.basics.computation import PACKAGE, Source, sources
+from flexband.basics.files import CACHE_VARIABLE, replaced, user_folder
 from flexband.compilation.functions import compiled, machine_code
 from flexband.compilation.targets import ENTRY, SETTINGS, instruction_set, target_machine
-from flexband.computation import PACKAGE, Source, sources
-from flexband.files import CACHE_VARIABLE, replaced, user_folder
 
 KEPT = 8
 """Files of a function that are kept in a folder, the last used ones: one for each version of the

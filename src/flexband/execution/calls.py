@@ -18,11 +18,12 @@ from typing import Any, NamedTuple
 
 import cloudpickle
 
-from flexband.errors import FlexbandWarning, InputError, RunError, warn
+from flexband.basics.response import ResponseFunction
+from flexband.basics.warning import warn
+from flexband.errors import FlexbandWarning, InputError, RunError
 from flexband.execution.fingerprint import fingerprint, modules_of_user
 from flexband.remarks.collection import catching
 from flexband.remarks.remark import Remark
-from flexband.response import ResponseFunction
 
 Arguments = dict[str, Any]
 Tasks = Sequence[Callable[[], Arguments]]

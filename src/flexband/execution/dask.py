@@ -11,8 +11,11 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import cloudpickle
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, RunError, check_numbers, check_positive, shown
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_numbers, check_positive
+from flexband.basics.response import ResponseFunction
+from flexband.basics.words import value_text
+from flexband.errors import InputError, RunError
 from flexband.execution.calls import (
     Outcome,
     Outcomes,
@@ -25,7 +28,6 @@ from flexband.execution.calls import (
     sent_by,
     unpickle_response,
 )
-from flexband.response import ResponseFunction
 
 if TYPE_CHECKING:
     from dask.distributed import Future
@@ -66,7 +68,7 @@ class Dask(Workers):
         if not isinstance(self.client, str | DaskClient):
             raise InputError(
                 "client must be a Dask client, or the address of a scheduler; got "
-                f"{shown(self.client)}"
+                f"{value_text(self.client)}"
             )
         check_positive("time_limit [s]", check_numbers("time_limit [s]", self.time_limit))
 

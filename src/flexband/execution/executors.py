@@ -13,6 +13,7 @@ from typing import Any
 
 import cloudpickle
 
+from flexband.basics.response import ResponseFunction
 from flexband.errors import InputError
 from flexband.execution.calls import (
     Arguments,
@@ -30,7 +31,6 @@ from flexband.execution.calls import (
     sent_by,
 )
 from flexband.execution.dask import DaskClient, dask_client
-from flexband.response import ResponseFunction
 
 ExecutorLike = Workers | Executor | DaskClient | str | None
 """Where runs are made, as users give it."""

@@ -21,9 +21,9 @@ from typing import Any
 import google_crc32c
 import numpy as np
 
+from flexband.basics.files import Content, refuse_links, write_synced
 from flexband.errors import StoreError
 from flexband.execution.chunks import CODES, Array
-from flexband.files import Content, refuse_links, write_synced
 
 FORMAT = 1
 """Of the store; a program refuses stores with a larger number."""

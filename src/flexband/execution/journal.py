@@ -15,7 +15,7 @@ from typing import NamedTuple
 import google_crc32c
 import numpy as np
 
-from flexband.files import read_unlinked
+from flexband.basics.files import read_unlinked
 
 FRAME = struct.Struct("<QI")
 """Length and checksum of a record."""

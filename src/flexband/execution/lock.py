@@ -9,9 +9,9 @@ import time
 from pathlib import Path
 from weakref import WeakSet
 
+from flexband.basics.files import open_unlinked, read_unlinked, replaced
 from flexband.errors import StoreError
 from flexband.execution.names import FileName
-from flexband.files import open_unlinked, read_unlinked, replaced
 
 if sys.platform == "win32":
     import msvcrt

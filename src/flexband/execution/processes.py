@@ -20,8 +20,9 @@ from multiprocessing.connection import wait as wait_for
 
 import cloudpickle
 
-from flexband.arguments import frozen
-from flexband.errors import check_integer, check_numbers, check_positive
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_integer, check_numbers, check_positive
+from flexband.basics.response import ResponseFunction
 from flexband.execution.calls import (
     Outcome,
     Outcomes,
@@ -31,7 +32,6 @@ from flexband.execution.calls import (
     dump_response,
     receive_outcome,
 )
-from flexband.response import ResponseFunction
 
 
 @frozen()

@@ -11,7 +11,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from flexband.errors import StoreError, warn
+from flexband.basics.warning import warn
+from flexband.basics.words import are, number_of
+from flexband.errors import StoreError
 from flexband.execution.growing import COPY, GrowingArrays
 from flexband.execution.journal import Finished, Journal
 from flexband.execution.layout import (
@@ -25,7 +27,6 @@ from flexband.execution.layout import (
 from flexband.execution.lock import Lock, this_process
 from flexband.execution.names import RunStatus
 from flexband.execution.store import Owner, Store, versions
-from flexband.words import are, number_of
 
 
 class RunRecorder:

@@ -13,13 +13,15 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from flexband.arguments import frozen
-from flexband.computation import NUMBERING, source_hash
-from flexband.errors import InputError, StoreError, check_flag, shown
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_flag
+from flexband.basics.computation import NUMBERING, source_hash
+from flexband.basics.files import refuse_links
+from flexband.basics.response import ResponseFunction
+from flexband.basics.words import value_text
+from flexband.errors import InputError, StoreError
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.names import FileName
-from flexband.files import refuse_links
-from flexband.response import ResponseFunction
 
 OTHER_FOLDER = "Take another folder, or delete its runs (`flexband run --replace` does)"
 ALLOW_MISMATCH = "allow_mismatch=True of the Store uses them; on the command line, --allow-mismatch"
@@ -100,7 +102,7 @@ def as_store(store: StoreLike) -> Store | None:
     if store is None or isinstance(store, Store):
         return store
     if not isinstance(store, str | os.PathLike):
-        raise InputError(f"store must be the path of a folder, or a Store; got {shown(store)}")
+        raise InputError(f"store must be the path of a folder, or a Store; got {value_text(store)}")
     return Store(store)
 
 
@@ -178,12 +180,14 @@ def open_runs(folder: str | os.PathLike[str]) -> xr.Dataset:
         If the folder has no runs, or they have a symbolic link among their files.
     """
     if not isinstance(folder, str | os.PathLike):
-        raise InputError(f"folder must be the path of a folder; got {shown(folder)}")
+        raise InputError(f"folder must be the path of a folder; got {value_text(folder)}")
     path = Path(folder) / FileName.RUNS
     try:
         present = (path / "zarr.json").exists()
     except (OSError, ValueError) as error:
-        raise InputError(f"folder must be the path of a folder; got {shown(folder)}") from error
+        raise InputError(
+            f"folder must be the path of a folder; got {value_text(folder)}"
+        ) from error
     if not present:
         raise StoreError(f"folder must have the runs of a study; there are none in {str(folder)!r}")
     refuse_links(path)

@@ -14,7 +14,8 @@ from functools import partial
 
 import numpy as np
 
-from flexband.errors import InputError, RunError, without_warnings
+from flexband.basics.warning import without_warnings
+from flexband.errors import InputError, RunError
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.configuration import assembled_configuration
 from flexband.mechanics.model.mechanism import Mechanism

@@ -6,13 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexband.errors import (
-    ResolutionWarning,
-    check_instance,
-    check_integer,
-    returned,
-    without_warnings,
-)
+from flexband.basics.checks import check_instance, check_integer
+from flexband.basics.user_functions import evaluate_function
+from flexband.basics.warning import without_warnings
+from flexband.errors import ResolutionWarning
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.bodies.properties import Property
@@ -41,7 +38,7 @@ class Configuration:
 
     def number(self, value: InTime) -> float:
         """Return this sample's value of a parameter, at time zero if it is a function."""
-        values = np.ravel(np.asarray(returned(value, 0.0) if callable(value) else value))
+        values = np.ravel(np.asarray(evaluate_function(value, 0.0) if callable(value) else value))
         return float(values[min(self.sample, len(values) - 1)])
 
     def along(self, value: Property, x: np.ndarray) -> np.ndarray:

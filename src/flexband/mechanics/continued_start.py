@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, shown
+from flexband.basics.words import number_of, value_text
+from flexband.errors import InputError
 from flexband.mechanics.assembly.stacking import stack
 from flexband.mechanics.assembly.structure import Values, WorkSpace
 from flexband.mechanics.assembly.system import System
@@ -26,7 +27,6 @@ from flexband.mechanics.kernels.forms import Vector
 from flexband.mechanics.kernels.lane_arrays import WIDTH, to_lanes
 from flexband.mechanics.kernels.state import STATE_ROWS, rows_of_gaps
 from flexband.mechanics.model.turns import nearest
-from flexband.words import number_of
 
 Label = tuple[str, str, int]
 """A kind of numbers, the part that has them, and which of several they are."""
@@ -104,7 +104,7 @@ def state_of(motion: xr.DataArray, period: float | None) -> EndState:
         raise InputError(
             "start must be the whole result of simulate, of "
             f"{number_of(state.samples, 'sample')} until t = {state.time:g} s; got a part of it, "
-            f"{shown(dict(motion.sizes))}"
+            f"{value_text(dict(motion.sizes))}"
         )
     return state
 

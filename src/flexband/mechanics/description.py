@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from flexband.errors import check_instance
+from flexband.basics.checks import check_instance
 from flexband.mechanics.engine.corrections import corrections, report
 from flexband.mechanics.joints.joint import Joint, body_and_point
 from flexband.mechanics.linearization.mobility import Mobility

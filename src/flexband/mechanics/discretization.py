@@ -8,12 +8,12 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
-from flexband.errors import without_warnings
+from flexband.basics.rounding import Units
+from flexband.basics.warning import without_warnings
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.engine.step_check import StepCheck
 from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.simulate import simulate
-from flexband.rounding import Units
 
 
 def discretization_error(

@@ -5,14 +5,10 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from flexband.errors import (
-    InputError,
-    check_flag,
-    check_instance,
-    check_integer,
-    check_numbers,
-    warn,
-)
+from flexband.basics.checks import check_flag, check_instance, check_integer, check_numbers
+from flexband.basics.warning import warn
+from flexband.basics.words import number_of
+from flexband.errors import InputError
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.rounding import attributes_of_units
 from flexband.mechanics.assembly.system import assemble
@@ -28,7 +24,6 @@ from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.linearization.block_equilibria import block_equilibria
 from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.model.springs_at_start import warn_of_windings
-from flexband.words import number_of
 
 
 def equilibrium(

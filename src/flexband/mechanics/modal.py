@@ -16,21 +16,21 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from flexband.errors import (
-    InputError,
+from flexband.basics.checks import (
     check_function,
     check_instance,
     check_integer,
     check_numbers,
     check_option,
-    warn,
 )
+from flexband.basics.warning import warn
+from flexband.basics.words import number_of
+from flexband.errors import InputError
 from flexband.mechanics.equilibrium import check_steps
 from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.modes import sample_modes
 from flexband.mechanics.response import Argument
 from flexband.mechanics.static_response import AtRest
-from flexband.words import number_of
 
 
 class ModeTracking(NamedTuple):

@@ -18,15 +18,15 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import (
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import (
     check_finite,
     check_flag,
     check_instance,
     check_integer,
     check_option,
-    warn,
 )
+from flexband.basics.warning import warn
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.stacking import count_samples
 from flexband.mechanics.assembly.system import System, assemble

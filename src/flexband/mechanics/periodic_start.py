@@ -15,7 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexband.errors import InputError, named, returned, without_warnings
+from flexband.basics.user_functions import evaluate_function, function_text
+from flexband.basics.warning import without_warnings
+from flexband.errors import InputError
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import Values, WorkSpace
 from flexband.mechanics.assembly.system import System
@@ -124,14 +126,16 @@ class PeriodicStart(Start):
             if function is of_time:  # laws are given the time, which they need not use
                 continue
             now, later = (
-                np.array([returned(function, float(t)) for t in moments + shift], dtype=float)
+                np.array(
+                    [evaluate_function(function, float(t)) for t in moments + shift], dtype=float
+                )
                 for shift in (0.0, self.period)
             )
             if np.abs(later - now).max() > 1e-6 * max(np.abs(now).max(), 1e-300):
                 inner = function.inner if isinstance(function, Composed) else function
                 raise InputError(
                     f"start='periodic' needs functions of time that repeat themselves after the "
-                    f"period of {self.period:g} s; {named(inner)} does not"
+                    f"period of {self.period:g} s; {function_text(inner)} does not"
                 )
 
 

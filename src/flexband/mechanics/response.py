@@ -9,18 +9,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import xarray as xr
 
-from flexband.errors import (
-    AssemblyError,
-    InputError,
-    ResolutionWarning,
-    RunError,
-    check_function,
-    check_instance,
-    check_numbers,
-    check_positive,
-    warn,
-    without_warnings,
-)
+from flexband.basics.checks import check_function, check_instance, check_numbers, check_positive
+from flexband.basics.progress import listener
+from flexband.basics.response import Description, Response
+from flexband.basics.warning import warn, without_warnings
+from flexband.basics.words import number_of
+from flexband.errors import AssemblyError, InputError, ResolutionWarning, RunError
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.branches import Branch
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
@@ -30,10 +24,7 @@ from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.model.parts import name_errors
 from flexband.mechanics.simulate import TimeGrid, simulate_system, whole_steps
 from flexband.mechanics.starts import check_multiple, start_of
-from flexband.progress import listener
 from flexband.remarks.remark import Remark, RemarkKind
-from flexband.response import Description, Response
-from flexband.words import number_of
 
 Argument = Property
 """An argument of a builder: numbers of shape (n,), or a function of position."""

@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import xarray as xr
 
-from flexband.errors import (
-    ResolutionWarning,
-    RunError,
+from flexband.basics.checks import (
     check_affordable,
     check_flag,
     check_function,
@@ -20,8 +18,10 @@ from flexband.errors import (
     check_integer,
     check_numbers,
     check_positive,
-    warn,
 )
+from flexband.basics.progress import Progress, ProgressListener, listener, listening
+from flexband.basics.warning import warn
+from flexband.errors import ResolutionWarning, RunError
 from flexband.mechanics.assembly.packing import check_memory
 from flexband.mechanics.assembly.rounding import attributes_of_units
 from flexband.mechanics.continued_start import end_state
@@ -46,7 +46,6 @@ from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.sensors.averages import refuse_windows
 from flexband.mechanics.starts import check_multiple, start_runs, warn_of_springs
-from flexband.progress import Progress, ProgressListener, listener, listening
 
 if TYPE_CHECKING:
     from flexband.mechanics.assembly.system import System

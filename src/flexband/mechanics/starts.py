@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, check_numbers, check_option, check_positive
+from flexband.basics.checks import check_numbers, check_option, check_positive
+from flexband.errors import InputError
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System, assemble

@@ -9,7 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, RunError, check_function
+from flexband.basics.checks import check_function
+from flexband.basics.response import Description
+from flexband.basics.words import number_of
+from flexband.errors import InputError, RunError
 from flexband.mechanics.engine.threads import thread_count
 from flexband.mechanics.equilibrium import check_steps, check_time, equilibrium
 from flexband.mechanics.model.mechanism import Mechanism
@@ -20,8 +23,6 @@ from flexband.mechanics.response import (
     elements_of,
     samples_of,
 )
-from flexband.response import Description
-from flexband.words import number_of
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, check_finite, shown
-from flexband.response import Response
+from flexband.basics.checks import check_finite
+from flexband.basics.response import Response
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,8 @@ class Elsewhere(Response):
     def __call__(self, **values: Any) -> NoReturn:
         """Raise `InputError`: there is nothing to call."""
         raise InputError(
-            f"a response elsewhere cannot be called; got {shown(values)}. Fields among its inputs "
+            f"a response elsewhere cannot be called; got {value_text(values)}. Fields among its "
+            "inputs "
             "need a domain"
         )
 
@@ -76,18 +79,18 @@ def elsewhere(
     """
     for name in names:
         if not isinstance(name, str) or not name.isidentifier():
-            raise InputError(f"names must be those of inputs; got {shown(name)}")
+            raise InputError(f"names must be those of inputs; got {value_text(name)}")
     output_names = None if outputs is None else _texts(outputs)
     for group in (names, output_names or ()):
         if len(set(group)) < len(group):
-            raise InputError(f"names must differ; got {shown(group)}")
+            raise InputError(f"names must differ; got {value_text(group)}")
     if not names:
         raise InputError("names must be those of inputs; got none")
     if times is None:
         return Elsewhere(names, output_names)
     steps = check_finite("times [s]", times, rank=None)
     if steps.ndim != 1 or np.any(np.diff(steps) <= 0):
-        raise InputError(f"times [s] must be numbers that increase; got {shown(times)}")
+        raise InputError(f"times [s] must be numbers that increase; got {value_text(times)}")
     return Elsewhere(names, output_names, tuple(steps.tolist()))
 
 
@@ -95,5 +98,7 @@ def _texts(outputs: Any) -> tuple[str, ...]:
     array = isinstance(outputs, np.ndarray) and outputs.ndim == 1
     names = tuple(outputs) if array or isinstance(outputs, list | tuple) else ()
     if not names or not all(isinstance(name, str) and name for name in names):
-        raise InputError(f"outputs must be names such as ['force', 'wear']; got {shown(outputs)}")
+        raise InputError(
+            f"outputs must be names such as ['force', 'wear']; got {value_text(outputs)}"
+        )
     return names

@@ -16,16 +16,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import (
-    InputError,
-    ModelError,
-    check_finite,
-    check_instance,
-    check_numbers,
-    check_positive,
-    shown,
-)
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_finite, check_instance, check_numbers, check_positive
+from flexband.basics.words import value_text
+from flexband.errors import InputError, ModelError
 from flexband.models.fmu_variables import (
     access,
     assigned_variables,
@@ -85,10 +79,10 @@ class FMU(OneByOne):
         check_instance("FMU path", self.path, str | os.PathLike, "the path of a file")
         path = os.path.abspath(os.fspath(self.path))
         if not os.path.isfile(path):
-            raise InputError(f"FMU path must be a file that exists; got {shown(self.path)}")
+            raise InputError(f"FMU path must be a file that exists; got {value_text(self.path)}")
         times = np.atleast_1d(check_finite("FMU times [s]", self.times, rank=None))
         if times.ndim > 1 or np.any(np.diff(times) <= 0):
-            raise InputError(f"FMU times [s] must increase; got {shown(self.times)}")
+            raise InputError(f"FMU times [s] must increase; got {value_text(self.times)}")
         if isinstance(self.outputs, str):
             raise InputError(f"FMU outputs must be a list of names; got {self.outputs!r}")
         if self.step is not None:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexband.errors import InputError, shown
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 
 if TYPE_CHECKING:
     from fmpy import model_description as fmi  # pyright: ignore[reportMissingImports]
@@ -26,7 +27,9 @@ def recorded_variables(
     if names is None:
         names = [name for name, v in possible.items() if v.causality == "output"]
     if not names or len(set(names)) < len(names):
-        raise InputError(f"FMU outputs must be one or more different variables; got {shown(names)}")
+        raise InputError(
+            f"FMU outputs must be one or more different variables; got {value_text(names)}"
+        )
     return [_named(possible, name, "outputs must be numbers of the FMU") for name in names]
 
 
@@ -105,20 +108,20 @@ def _convert(variable: fmi.ScalarVariable, value: Any) -> float | str:
         raise InputError(f"{name} must be a number for an FMU; got a function of position")
     if variable.type == "String":
         if not isinstance(value, str):
-            raise InputError(f"{name} must be a text for this FMU; got {shown(value)}")
+            raise InputError(f"{name} must be a text for this FMU; got {value_text(value)}")
         return value
     if isinstance(value, str) or not np.isfinite(value):
-        raise InputError(f"{name} must be a finite number for this FMU; got {shown(value)}")
+        raise InputError(f"{name} must be a finite number for this FMU; got {value_text(value)}")
     if variable.type == "Boolean":
         if value not in (0, 1):
-            raise InputError(f"{name} must be 0 or 1 for this FMU; got {shown(value)}")
+            raise InputError(f"{name} must be 0 or 1 for this FMU; got {value_text(value)}")
         return bool(value)
     for limit, outside in (("min", value.__lt__), ("max", value.__gt__)):
         bound = getattr(variable, limit)
         if bound is not None and outside(float(bound)) is True:
-            raise InputError(f"{name} has the {limit} {bound} in this FMU; got {shown(value)}")
+            raise InputError(f"{name} has the {limit} {bound} in this FMU; got {value_text(value)}")
     if variable.type in ("Real", "Float64", "Float32"):
         return float(value)
     if value != int(value):
-        raise InputError(f"{name} must be a whole number for this FMU; got {shown(value)}")
+        raise InputError(f"{name} must be a whole number for this FMU; got {value_text(value)}")
     return int(value)

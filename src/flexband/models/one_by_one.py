@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, check_function, shown
-from flexband.response import Response
-from flexband.words import number_of
+from flexband.basics.checks import check_function
+from flexband.basics.response import Response
+from flexband.basics.words import number_of, value_text
+from flexband.errors import InputError
 
 
 class OneByOne(Response):
@@ -105,7 +106,7 @@ def result_of_one(result: Any) -> np.ndarray | xr.DataArray:
     if isinstance(result, np.ma.MaskedArray):
         raise InputError(f"{allowed}; got a masked array: fill it first")
     if result is None or callable(result) or isinstance(result, xr.Dataset | Mapping | set | str):
-        raise InputError(f"{allowed}; got {shown(result)}")
+        raise InputError(f"{allowed}; got {value_text(result)}")
     if isinstance(result, xr.DataArray) and "sample" in result.dims:
         if result.sizes["sample"] != 1:
             raise InputError(
@@ -115,9 +116,9 @@ def result_of_one(result: Any) -> np.ndarray | xr.DataArray:
     try:
         array = result if isinstance(result, xr.DataArray) else np.asarray(result)
     except ValueError as error:
-        raise InputError(f"{allowed}; got {shown(result)}: {error}") from None
+        raise InputError(f"{allowed}; got {value_text(result)}: {error}") from None
     if array.dtype.kind not in "biuf":
-        raise InputError(f"{allowed} of real numbers; got {shown(result)}")
+        raise InputError(f"{allowed} of real numbers; got {value_text(result)}")
     return array
 
 

@@ -21,16 +21,10 @@ from uuid import uuid4
 import numpy as np
 import xarray as xr
 
-from flexband.arguments import frozen
-from flexband.errors import (
-    InputError,
-    ModelError,
-    check_function,
-    check_instance,
-    check_numbers,
-    check_positive,
-    shown,
-)
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_function, check_instance, check_numbers, check_positive
+from flexband.basics.words import value_text
+from flexband.errors import InputError, ModelError
 from flexband.models.one_by_one import OneByOne, result_of_one
 from flexband.models.template import Template
 
@@ -87,7 +81,7 @@ class ExternalProgram(OneByOne):
         if not isinstance(self.command, list | tuple) or not self.command:
             raise InputError(
                 "command must be a list of the program and its arguments, such as "
-                f"['solver', 'input.txt']; got {shown(self.command)}"
+                f"['solver', 'input.txt']; got {value_text(self.command)}"
             )
         for part in self.command:
             check_instance("command", part, str | os.PathLike, "a list of texts")
@@ -254,7 +248,7 @@ def _checked_name(name: object) -> str:
     if path.is_absolute() or ".." in path.parts or not path.parts or name in (STDOUT, STDERR):
         raise InputError(
             f"files must be named by paths inside the folder of a sample, other than {STDOUT} and "
-            f"{STDERR}; got {shown(name)}"
+            f"{STDERR}; got {value_text(name)}"
         )
     return str(path)
 

@@ -7,7 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from flexband.errors import InputError, shown, warn
+from flexband.basics.warning import warn
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 
 PLACEHOLDER = re.compile(
     r"(?P<literal>\$\$\{)|\$\{(?P<name>[^{}:]*)(?::(?P<spec>[^{}]*))?\}|(?P<open>\$\{)"
@@ -30,7 +32,7 @@ class Template:
         for match in self._placeholders():
             name, spec = match["name"] or "", match["spec"] or ""
             line = self.text[match.start() :].splitlines()[0]
-            written = f"{self.source}: the placeholder at {shown(line)}"
+            written = f"{self.source}: the placeholder at {value_text(line)}"
             if not name.isidentifier():
                 raise InputError(
                     f"{written} must be the name of an input in braces; a literal ${{ is written "
@@ -57,7 +59,8 @@ class Template:
             text = _format(values[name], spec)
             if text is None:
                 raise InputError(
-                    f"{self.source}: {name} = {shown(values[name])} cannot be written as {spec!r}"
+                    f"{self.source}: {name} = {value_text(values[name])} cannot be written as "
+                    f"{spec!r}"
                 )
             if _rounding_error(values[name], text) > 1e-3:
                 warn(

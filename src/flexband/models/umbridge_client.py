@@ -14,19 +14,17 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import (
-    InputError,
-    ModelError,
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import (
     check_finite,
     check_instance,
     check_numbers,
     check_option,
     check_positive,
-    shown,
 )
+from flexband.basics.words import number_of, value_text
+from flexband.errors import InputError, ModelError
 from flexband.models.one_by_one import OneByOne
-from flexband.words import number_of
 
 PROTOCOL = 1.0
 
@@ -161,7 +159,7 @@ class UMBridgeModel(OneByOne):
         if [vector.shape for vector in vectors] != [(size,) for size in self.output_sizes]:
             raise ModelError(
                 f"{self.name} of {self.url} must return vectors of lengths "
-                f"{list(self.output_sizes)}; got {shown(output)}"
+                f"{list(self.output_sizes)}; got {value_text(output)}"
             )
         return self._labelled(vectors)
 
@@ -196,7 +194,7 @@ class UMBridgeModel(OneByOne):
         except ValueError:
             content = None
         if not isinstance(content, dict):
-            raise ModelError(f"the answer of {url} must be JSON; got {shown(body.decode())}")
+            raise ModelError(f"the answer of {url} must be JSON; got {value_text(body.decode())}")
         if "error" in content:
             raise ModelError(f"{self.name} of {self.url} reports {content['error']}")
         return content
@@ -204,13 +202,15 @@ class UMBridgeModel(OneByOne):
     def _sizes(self, path: str, asked: dict[str, Any]) -> tuple[int, ...]:
         sizes = self._ask(path, asked).get(f"{path[0].lower()}{path[1:]}")
         if not isinstance(sizes, list) or not all(type(n) is int and n > 0 for n in sizes):
-            raise ModelError(f"{self.url} must return /{path} as whole numbers; got {shown(sizes)}")
+            raise ModelError(
+                f"{self.url} must return /{path} as whole numbers; got {value_text(sizes)}"
+            )
         return tuple(sizes)
 
 
 def _names(kind: str, names: object) -> tuple[str, ...]:
     if isinstance(names, str) or not isinstance(names, Sequence) or len(set(names)) < len(names):
-        raise InputError(f"{kind} must be a list of different names; got {shown(names)}")
+        raise InputError(f"{kind} must be a list of different names; got {value_text(names)}")
     for name in names:
         check_instance(kind, name, str, "a list of names")
     return tuple(names)

@@ -15,11 +15,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from flexband.arguments import arguments_checked
-from flexband.errors import InputError, check_finite, shown
+from flexband.basics.arguments import arguments_checked
+from flexband.basics.checks import check_finite
+from flexband.basics.words import number_of, value_text
+from flexband.errors import InputError
 from flexband.models.limited_server import LimitedHandler, LimitedServer, ServerLimits
 from flexband.models.umbridge_client import PROTOCOL
-from flexband.words import number_of
 
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]", "::1")
 """Names of this computer for itself."""
@@ -90,7 +91,7 @@ class _Offered:
             raise _RefusedError("UnsupportedFeature", f"{path} is not supported")
         if asked.get("config"):
             raise _RefusedError(
-                "InvalidInput", f"config must be empty; got {shown(asked['config'])}"
+                "InvalidInput", f"config must be empty; got {value_text(asked['config'])}"
             )
         return answers[path]()
 
@@ -101,12 +102,12 @@ class _Offered:
             raise _RefusedError(
                 "InvalidInput",
                 f"input must be one vector of {number_of(self.input_size, 'number')}, "
-                f"{', '.join(self.inputs)}; got {shown(vectors)}",
+                f"{', '.join(self.inputs)}; got {value_text(vectors)}",
             )
         for number in vectors[0]:
             if type(number) not in (int, float) or not _is_finite(number):
                 raise _RefusedError(
-                    "InvalidInput", f"input must be finite numbers; got {shown(number)}"
+                    "InvalidInput", f"input must be finite numbers; got {value_text(number)}"
                 )
         try:
             outputs = self.outputs(np.array(vectors[0], dtype=float))
@@ -120,7 +121,7 @@ class _Offered:
         if [len(row) for row in outputs] != self.output_sizes or not np.isfinite(outputs).all():
             raise _RefusedError(
                 "InvalidOutput", f"the model must return finite vectors of lengths "
-                f"{self.output_sizes}; got {shown(outputs.tolist())}", 500,
+                f"{self.output_sizes}; got {value_text(outputs.tolist())}", 500,
             )  # fmt: skip
         return outputs.tolist()
 
@@ -143,7 +144,7 @@ class _Handler(LimitedHandler):
         size = int(text) if text.isdecimal() and len(text) < 10 else most + 1
         if size > most:
             message = f"Content-Length must be {most} or less; got {text}"
-            self._refuse_unread(413, shown(message))
+            self._refuse_unread(413, value_text(message))
             return
         with self.bodies.taken(size) as granted:
             if granted:
@@ -165,7 +166,7 @@ class _Handler(LimitedHandler):
                 raise _RefusedError("InvalidInput", f"the request must be JSON: {error}") from None
             if not isinstance(asked, dict):
                 raise _RefusedError(
-                    "InvalidInput", f"the request must be an object; got {shown(asked)}"
+                    "InvalidInput", f"the request must be an object; got {value_text(asked)}"
                 )
             status, answer = 200, self.offered.answer(self.path.strip("/"), asked)
         except _RefusedError as error:
@@ -182,11 +183,11 @@ class _Handler(LimitedHandler):
         host = self.headers.get("Host", listening).rpartition(":")
         name = host[0] if host[2].isdecimal() and host[0] else self.headers.get("Host", listening)
         if listening in LOOPBACK and name not in LOOPBACK:
-            message = f"the host must be {' or '.join(LOOPBACK)}; got {shown(name)}"
+            message = f"the host must be {' or '.join(LOOPBACK)}; got {value_text(name)}"
             raise _RefusedError("InvalidInput", message, 403)
         origin = self.headers.get("Origin")
         if origin is not None and origin.partition("://")[2] != self.headers.get("Host"):
-            message = f"requests of web pages must be of this server; got {shown(origin)}"
+            message = f"requests of web pages must be of this server; got {value_text(origin)}"
             raise _RefusedError("InvalidInput", message, 403)
 
     def _answer(self, status: int, answer: Any) -> None:
@@ -240,11 +241,13 @@ class UMBridgeServer:
     ):
         function = response if callable(response) else getattr(response, "evaluate", None)
         if not callable(function):
-            raise InputError(f"response must be a function or a surrogate; got {shown(response)}")
+            raise InputError(
+                f"response must be a function or a surrogate; got {value_text(response)}"
+            )
         if not isinstance(inputs, Mapping) or not inputs:
-            raise InputError(f"inputs must be a dict of names and values; got {shown(inputs)}")
+            raise InputError(f"inputs must be a dict of names and values; got {value_text(inputs)}")
         if not all(isinstance(input_name, str) for input_name in inputs):
-            raise InputError(f"names of inputs must be texts; got {shown(list(inputs))}")
+            raise InputError(f"names of inputs must be texts; got {value_text(list(inputs))}")
         values = {k: check_finite(k, np.asarray(value), rank=1) for k, value in inputs.items()}
         try:
             inspect.signature(function).bind(**values)

@@ -11,7 +11,9 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from flexband.analysis.selection import AnySurrogate
-from flexband.errors import InputError, name_of, shown
+from flexband.basics.user_functions import function_name
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.response import MechanismResponse
 from flexband.report.drawing.draw import draw
@@ -36,7 +38,7 @@ def load_ipython_extension(ipython: Any) -> None:
     ipython : the running shell, which ``%load_ext flexband`` passes.
     """
     if not hasattr(ipython, "display_formatter"):
-        raise InputError(f"ipython must be a running shell; got {shown(ipython)}")
+        raise InputError(f"ipython must be a running shell; got {value_text(ipython)}")
     formatters = ipython.display_formatter.formatters
     formatters["image/png"].for_type(Mechanism, lambda drawn: figure_png(draw(drawn)))
     formatters["image/png"].for_type(Figure, figure_png)
@@ -56,9 +58,9 @@ def figure_png(figure: Figure) -> bytes:
 
 def study_html(study: Study) -> str:
     """Return a table of a study: its response, method, error bar and inputs."""
-    name = name_of(study.response)
+    name = function_name(study.response)
     if isinstance(study.source, MechanismResponse):
-        name += f" of {name_of(study.source.builder)}"
+        name += f" of {function_name(study.source.builder)}"
     bar = "μ ± σ" if study.sigmas == 1 else f"μ ± {study.sigmas:g}σ"
     rows = [("response", name), ("method", _source_text(study.method)), ("error bar", bar)]
     return _table(("study", ""), rows) + _inputs(study.inputs)

@@ -10,10 +10,10 @@ from importlib.util import find_spec
 import rich.progress as rp
 from rich.console import Console
 
-from flexband.errors import InputError, shown
-from flexband.progress import Budget, Progress, ProgressListener, duration, listening
+from flexband.basics.progress import Budget, Progress, ProgressListener, duration, listening
+from flexband.basics.words import number_of, value_text
+from flexband.errors import InputError
 from flexband.report.text.terminal import Terminal, printable
-from flexband.words import number_of
 
 PERIOD = 10.0
 """Time [s] between two lines where there is no terminal."""
@@ -80,7 +80,7 @@ def progress_bar(name: str = "runs") -> Iterator[Progress]:
     ...     bands = study.run(progress=progress)
     """
     if not isinstance(name, str):
-        raise InputError(f"name must be text; got {shown(name)}")
+        raise InputError(f"name must be text; got {value_text(name)}")
     with progress_bars() as task:
         yield task(name)
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from flexband.errors import warn
+from flexband.basics.warning import warn
 from flexband.execution.names import FileName
 from flexband.report.page.given import field_axes
 from flexband.report.page.template import write_page

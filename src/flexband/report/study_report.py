@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from flexband.files import try_write
+from flexband.basics.files import try_write
 from flexband.report.page.arrays import JsonRecord
 from flexband.report.page.given import given_by
 from flexband.report.page.inputs import inputs_table

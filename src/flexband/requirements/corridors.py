@@ -13,7 +13,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, check_finite, check_function, returned
+from flexband.basics.checks import check_finite, check_function
+from flexband.basics.user_functions import evaluate_function
+from flexband.errors import InputError
 
 Bound = float | np.ndarray | xr.DataArray | Callable[[np.ndarray], ArrayLike] | None
 """A number or a curve; None where there is none."""
@@ -186,7 +188,9 @@ def curve(name: str, bound: Bound, output_labels: xr.DataArray, free: float) -> 
         return _align_curve(name, bound, output_labels)
     if callable(bound):
         _, times = _times(name, output_labels)
-        bound = check_finite(name, returned(bound, times, f"the function of {name}"), rank=None)
+        bound = check_finite(
+            name, evaluate_function(bound, times, f"the function of {name}"), rank=None
+        )
     if np.shape(bound) not in ((), shape[-1:], shape):
         allowed = " or ".join(str(s) for s in dict.fromkeys([shape[-1:], shape]))
         raise InputError(

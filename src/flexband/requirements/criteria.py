@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from flexband.arguments import frozen
-from flexband.errors import check_fraction
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_fraction
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
 

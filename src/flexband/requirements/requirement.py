@@ -8,8 +8,10 @@ from dataclasses import fields, replace
 import numpy as np
 import xarray as xr
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_instance, check_numbers, check_positive, shown
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_instance, check_numbers, check_positive
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.requirements.corridors import (
     ALWAYS,
     Bound,
@@ -83,7 +85,7 @@ class Requirement:
         for field in ("name", "identifier", "source", "unit"):
             check_instance(f"Requirement {field}", getattr(self, field), str, "a text")
         if not self.name.strip():
-            raise InputError(f"Requirement name must be a text; got {shown(self.name)}")
+            raise InputError(f"Requirement name must be a text; got {value_text(self.name)}")
         if self.output is not None:
             check_instance("Requirement output", self.output, str, "the name of an output")
         check_instance(f"{self.label} criterion", self.criterion, Criterion, "WorstCase(3.0)")
@@ -331,7 +333,7 @@ def several(requirements: Requirements, name: str = "limits") -> tuple[Requireme
     listed = isinstance(sequence, Sequence)
     if not listed or not all(isinstance(each, Requirement) for each in sequence):
         kind = "a Limit" if name == "limits" else "a Requirement"
-        raise InputError(f"{name} must be {kind} or a list of them; got {shown(requirements)}")
+        raise InputError(f"{name} must be {kind} or a list of them; got {value_text(requirements)}")
     return tuple(sequence)
 
 
@@ -344,7 +346,9 @@ def by_name(requirements: Requirements) -> dict[str, Requirement]:
             name, count = f"{requirement} ({count})", count + 1
         named[name] = requirement
     if not sequence:
-        raise InputError(f"limits must be a Limit or a list of them; got {shown(requirements)}")
+        raise InputError(
+            f"limits must be a Limit or a list of them; got {value_text(requirements)}"
+        )
     return named
 
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_instance, check_numbers, check_option, check_positive
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_instance, check_numbers, check_option, check_positive
+from flexband.errors import InputError
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distribution import Distribution
 from flexband.uncertainty.inputs.distributions.normal import TruncatedNormal

@@ -10,7 +10,8 @@ import math
 import re
 from typing import NamedTuple
 
-from flexband.errors import InputError, shown
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 
 
 class Unit(NamedTuple):
@@ -77,13 +78,13 @@ def unit_of(name: str, text: str) -> Unit:
             raise InputError(
                 f"{name} must be a unit of m, kg, s, rad, N, Pa, J, W, Hz, V, A, K, bar (with "
                 "prefixes), deg, rev, rpm, min, h, t, % and 1, such as 'mm' or 'kN/mm'; "
-                f"got {shown(text)}"
+                f"got {value_text(text)}"
             )
         power = sign * int(match[2] or 1)
         scale *= symbol.scale**power
         powers = tuple(p + power * q for p, q in zip(powers, symbol.powers, strict=True))
     if not factors:
-        raise InputError(f"{name} must be a unit, such as 'mm'; got {shown(text)}")
+        raise InputError(f"{name} must be a unit, such as 'mm'; got {value_text(text)}")
     return Unit(scale, powers)
 
 

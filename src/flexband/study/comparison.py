@@ -9,15 +9,10 @@ from dataclasses import dataclass, is_dataclass, replace
 import numpy as np
 import xarray as xr
 
-from flexband.errors import (
-    InputError,
-    ToleranceWarning,
-    check_function,
-    check_instance,
-    warn,
-    without_warnings,
-)
-from flexband.progress import Progress
+from flexband.basics.checks import check_function, check_instance
+from flexband.basics.progress import Progress
+from flexband.basics.warning import warn, without_warnings
+from flexband.errors import InputError, ToleranceWarning
 from flexband.study.discretized import with_discretization
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flexband.basics.progress import listener
 from flexband.compilation.caching import kept
 from flexband.mechanics.bodies.rigid import RigidBody
 from flexband.mechanics.engine.entries import dynamics, statics
@@ -25,7 +26,6 @@ from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.response import DynamicResponse
 from flexband.mechanics.sensors.motion import Position
 from flexband.mechanics.simulate import simulate
-from flexband.progress import listener
 from flexband.uncertainty.expansions.bounds.search import descents
 from flexband.uncertainty.inputs.distributions.normal import Normal
 from flexband.uncertainty.inputs.inputs import Interval
@@ -35,7 +35,7 @@ from flexband.uncertainty.phases.search import search
 from flexband.uncertainty.propagate import propagate
 
 if TYPE_CHECKING:
-    from flexband.response import ResponseFunction
+    from flexband.basics.response import ResponseFunction
     from flexband.study.definition import StudyDefinition
     from flexband.uncertainty.methods.method import Method
 

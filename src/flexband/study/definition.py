@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any, Self
 
 import xarray as xr
 
-from flexband.arguments import Fixed, frozen
-from flexband.errors import InputError, check_instance
-from flexband.progress import Progress
+from flexband.basics.arguments import Fixed, frozen
+from flexband.basics.checks import check_instance
+from flexband.basics.progress import Progress
+from flexband.basics.response import Response, ResponseFunction, as_response
+from flexband.errors import InputError
 from flexband.requirements.criteria import Probability, ShareOfParts
 from flexband.requirements.requirement import Requirement, Requirements, several
 from flexband.requirements.scatter import Scatter, ScatteringTolerances
-from flexband.response import Response, ResponseFunction, as_response
 from flexband.study.presentation.display import Display, names_of_inputs
 from flexband.study.presentation.title_block import checked_title_block
 from flexband.uncertainty.inputs.fields.field import Field

@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from flexband.analysis.verification.expanded_runs import as_expanded
-from flexband.errors import ResolutionWarning, warn, without_warnings
-from flexband.response import Description, ResponseFunction, WrappingResponse, as_response
+from flexband.basics.response import Description, ResponseFunction, WrappingResponse, as_response
+from flexband.basics.warning import warn, without_warnings
+from flexband.errors import ResolutionWarning
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
 from flexband.uncertainty.inputs.space import Space

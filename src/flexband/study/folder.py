@@ -17,14 +17,15 @@ from typing import Any
 
 import google_crc32c
 
-from flexband.computation import NUMBERING
-from flexband.errors import StoreError, shown
+from flexband.basics.computation import NUMBERING
+from flexband.basics.files import read_unlinked, replaced, try_write
+from flexband.basics.progress import listener
+from flexband.basics.response import ResponseFunction
+from flexband.basics.words import value_text
+from flexband.errors import StoreError
 from flexband.execution.journal import Journal
 from flexband.execution.lock import Lock, is_locked
 from flexband.execution.names import FileName, RunStatus
-from flexband.files import read_unlinked, replaced, try_write
-from flexband.progress import listener
-from flexband.response import ResponseFunction
 
 FORMAT = 2
 """Of study.json; a program refuses larger numbers. Results of format 1 are computed again."""
@@ -87,7 +88,7 @@ class StudyFolder:
             newest = int(content["format"])
             for name, kind in KINDS.items():
                 if not isinstance(content.get(name), kind | None):
-                    raise ValueError(f"{name!r} is {shown(content[name])}")
+                    raise ValueError(f"{name!r} is {value_text(content[name])}")
         except FileNotFoundError:
             return {}
         except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexband.computation import NUMBERING, source_hash
+from flexband.basics.computation import NUMBERING, source_hash
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.store import versions
 from flexband.requirements.requirement import several

@@ -12,11 +12,11 @@ import xarray as xr
 
 from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
+from flexband.basics.files import try_write
+from flexband.basics.progress import listener
 from flexband.errors import InputError
 from flexband.execution.names import FileName
 from flexband.execution.store import open_runs
-from flexband.files import try_write
-from flexband.progress import listener
 from flexband.requirements.corridors import at_more_times
 from flexband.requirements.requirement import Requirement, Requirements, several
 from flexband.study.presentation.display import Display

@@ -9,11 +9,14 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from flexband.error_text import error_text, signal_of
-from flexband.errors import RunsNeeded, free_memory, warn
+from flexband.basics.checks import free_memory
+from flexband.basics.error_text import error_text, signal_of
+from flexband.basics.progress import Budget, Progress, ProgressListener, listener, listening
+from flexband.basics.warning import warn
+from flexband.basics.words import number_of
+from flexband.errors import RunsNeeded
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.lock import this_process
-from flexband.progress import Budget, Progress, ProgressListener, listener, listening
 from flexband.study.exchange.points import RequestedPoints
 from flexband.study.folder import StudyFolder
 from flexband.uncertainty.inputs.space import Space
@@ -21,7 +24,6 @@ from flexband.uncertainty.inputs.unfolding import cases
 from flexband.uncertainty.methods.method import as_method
 from flexband.uncertainty.phases.carriers import CarrierOptions
 from flexband.uncertainty.runs.reuse import locate_domains
-from flexband.words import number_of
 
 if TYPE_CHECKING:
     from flexband.execution.store import Store

@@ -11,11 +11,11 @@ import xarray as xr
 from flexband.analysis.limits.verdicts import LimitCheck
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.verification.expanded_runs import Runs, RunsOf, runs_as_expanded
-from flexband.error_text import error_text
+from flexband.basics.error_text import error_text
+from flexband.basics.files import try_write
+from flexband.basics.progress import counted, listener
 from flexband.errors import InputError
 from flexband.execution.names import FileName
-from flexband.files import try_write
-from flexband.progress import counted, listener
 from flexband.requirements.verdict import RequirementVerdict
 from flexband.study.nominal import around_nominal, discretization_error, with_recorded, with_runs
 from flexband.study.progress import StudyProgress

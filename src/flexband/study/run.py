@@ -7,15 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from flexband.analysis.verification.verify import MAX_RUNS, RUNS
-from flexband.arguments import frozen
-from flexband.errors import (
-    InputError,
-    check_flag,
-    check_instance,
-    check_integer,
-)
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_flag, check_instance, check_integer
+from flexband.basics.progress import Progress, listener
+from flexband.errors import InputError
 from flexband.execution.store import Store
-from flexband.progress import Progress, listener
 from flexband.study.compiling import compile_ahead
 from flexband.study.folder import StudyFolder
 from flexband.study.identity import identity

@@ -15,13 +15,14 @@ import xarray as xr
 
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.verification.expanded_runs import as_expanded
-from flexband.errors import FlexbandWarning, InputError, RunError, without_warnings
-from flexband.rounding import Units
+from flexband.basics.rounding import Units
+from flexband.basics.warning import without_warnings
+from flexband.errors import FlexbandWarning, InputError, RunError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from flexband.response import Response
+    from flexband.basics.response import Response
     from flexband.study.definition import StudyDefinition
 
 PREFIX = "ringing_"

@@ -10,10 +10,11 @@ from flexband.analysis.results import is_judged
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.sensitivity.contributions import contributions
 from flexband.analysis.verification.verify import verify
-from flexband.error_text import error_text
-from flexband.errors import RunsNeeded, ToleranceWarning, without_warnings
+from flexband.basics.error_text import error_text
+from flexband.basics.progress import listener
+from flexband.basics.warning import without_warnings
+from flexband.errors import RunsNeeded, ToleranceWarning
 from flexband.execution.executors import ExecutorLike
-from flexband.progress import listener
 from flexband.study.nominal import bands_with_nominal
 from flexband.study.progress import StudyProgress
 from flexband.study.results.files import ResultFiles

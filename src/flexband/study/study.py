@@ -9,12 +9,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from flexband.arguments import Fixed, arguments_checked
+from flexband.basics.arguments import Fixed, arguments_checked
+from flexband.basics.progress import Progress
+from flexband.basics.response import ResponseFunction
 from flexband.errors import InputError
-from flexband.progress import Progress
 from flexband.requirements.requirement import Requirements, several
 from flexband.requirements.scatter import Scatter
-from flexband.response import ResponseFunction
 from flexband.study.definition import StudyDefinition
 from flexband.uncertainty.methods.method import Method
 

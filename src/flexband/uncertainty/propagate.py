@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import xarray as xr
 
+from flexband.basics.progress import Progress
+from flexband.basics.response import ResponseFunction
 from flexband.errors import InputError
 from flexband.execution.executors import ExecutorLike
 from flexband.execution.store import StoreLike
-from flexband.progress import Progress
-from flexband.response import ResponseFunction
 from flexband.uncertainty.inputs.unfolding import GivenInputs
 from flexband.uncertainty.methods.method import MAX_RUNS, ExpansionMethod, Method, as_method
 from flexband.uncertainty.runs import BATCH

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import flexband as fb
-from flexband.response import Description, Response
+from flexband.basics.response import Description, Response
 
 INPUTS = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 0.1)}
 METHODS = [

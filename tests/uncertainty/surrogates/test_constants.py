@@ -8,10 +8,10 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import flexband as fb
+from flexband.basics.rounding import Units
 from flexband.cli import app
 from flexband.report.page.verdict import what_matters
 from flexband.report.text import tables
-from flexband.rounding import Units
 from flexband.uncertainty.surrogates.axes import units_of
 
 T = np.linspace(0.0, 1.0, 11)

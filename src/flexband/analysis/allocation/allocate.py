@@ -20,7 +20,7 @@ from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCaseBounds
 from flexband.analysis.results import AnswerRecord
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
-from flexband.errors import check_instance
+from flexband.basics.checks import check_instance
 from flexband.requirements.corridors import (
     check_instantaneous,
     joint,
@@ -32,9 +32,9 @@ from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 if TYPE_CHECKING:
+    from flexband.basics.response import ResponseFunction
     from flexband.execution.executors import ExecutorLike
     from flexband.execution.store import StoreLike
-    from flexband.response import ResponseFunction
 
 
 def allocate(

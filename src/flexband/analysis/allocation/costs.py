@@ -7,17 +7,17 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from flexband.analysis.allocation.grades import Grades
-from flexband.arguments import frozen
-from flexband.errors import (
-    InputError,
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import (
     check_function,
     check_instance,
     check_non_negative,
     check_numbers,
     check_positive,
-    returned,
-    shown,
 )
+from flexband.basics.user_functions import evaluate_function
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 
 
 @frozen()
@@ -77,9 +77,9 @@ def checked_costs(costs: Mapping[str, Cost | float]) -> dict[str, Cost]:
 
 def cost_of(name: str, cost: Cost, tolerance: float) -> float:
     """Return a cost; raise `InputError` if it is no finite number."""
-    value = returned(cost, tolerance, f"costs: {name}")
+    value = evaluate_function(cost, tolerance, f"costs: {name}")
     if np.size(value) != 1 or not np.isfinite(value).all():
         raise InputError(
-            f"costs: {name} must be a finite number at {tolerance:g}; got {shown(value)}"
+            f"costs: {name} must be a finite number at {tolerance:g}; got {value_text(value)}"
         )
     return np.asarray(value).item()

@@ -6,15 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from flexband.arguments import frozen
-from flexband.errors import (
-    InputError,
-    check_instance,
-    check_numbers,
-    check_option,
-    check_positive,
-    shown,
-)
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_instance, check_numbers, check_option, check_positive
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 
 SIZES = (3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)
 """Nominal sizes [mm] up to which a row of the standard holds."""
@@ -55,7 +50,7 @@ class Grades:
             raise InputError("Grades must have at least one grade; got none")
         pairs = {}
         for name, pair in self.grades.items():
-            tolerance, cost = check_numbers(f"Grades {shown(name)}", pair, 2)
+            tolerance, cost = check_numbers(f"Grades {value_text(name)}", pair, 2)
             pairs[str(name)] = (
                 float(check_positive(f"tolerance of {name}", tolerance)),
                 float(cost),

@@ -11,9 +11,9 @@ from flexband.analysis.allocation.sizes import starts
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import WorstCaseBounds
 from flexband.analysis.sensitivity.contributions import groups
+from flexband.basics.rounding import unit_of_variable
 from flexband.errors import InputError
 from flexband.requirements.corridors import Corridor, joint
-from flexband.rounding import unit_of_variable
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 

@@ -34,11 +34,11 @@ from flexband.analysis.results import (
     missed_tolerance,
     places,
 )
+from flexband.basics.words import number_of
 from flexband.requirements.corridors import Corridor
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-from flexband.words import number_of
 
 NO_RUNS = ". No runs were made to confirm it"
 """End of a verdict by the surrogate alone."""

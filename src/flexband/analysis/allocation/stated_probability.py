@@ -18,9 +18,10 @@ from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCaseBounds
 from flexband.analysis.probability.failure import RUNS
 from flexband.analysis.probability.model import models
-from flexband.errors import InputError, check_numbers
+from flexband.basics.checks import check_numbers
+from flexband.basics.response import ResponseFunction
+from flexband.errors import InputError
 from flexband.requirements.corridors import joint
-from flexband.response import ResponseFunction
 
 
 def checked_probability(probability: float, tolerances: Tolerances) -> float:

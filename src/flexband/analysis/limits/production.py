@@ -10,12 +10,12 @@ from flexband.analysis.probability.failure import RUNS, limit_probabilities
 from flexband.analysis.probability.texts import share_in_words
 from flexband.analysis.results import AnswerRecord
 from flexband.analysis.selection import AnySurrogate
+from flexband.basics.progress import Progress
+from flexband.basics.response import ResponseFunction
 from flexband.execution.executors import ExecutorLike
 from flexband.execution.store import StoreLike
-from flexband.progress import Progress
 from flexband.requirements.requirement import Requirements
 from flexband.requirements.scatter import Scatter
-from flexband.response import ResponseFunction
 
 LONG_NAMES = {
     "yield": "share of the parts that meet the requirement",

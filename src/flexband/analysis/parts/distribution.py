@@ -16,7 +16,9 @@ from flexband.analysis.peaks import TimeAxis, lowest_of_impacts
 from flexband.analysis.probability.failure import ANY
 from flexband.analysis.results import AnswerRecord
 from flexband.analysis.verification.expanded_runs import Runs
-from flexband.errors import InputError, check_finite, check_fraction, check_integer, shown
+from flexband.basics.checks import check_finite, check_fraction, check_integer
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.requirements.corridors import at_more_times
 from flexband.requirements.criteria import Probability, ShareOfParts
 from flexband.requirements.requirement import Requirement, by_name
@@ -52,7 +54,7 @@ class SamplingOptions:
         parts = check_finite("probabilities", self.probabilities, rank=None).ravel()
         if not parts.size or (np.diff([0.0, *parts, 1.0]) <= 0).any():
             raise InputError(
-                f"probabilities must increase between 0 and 1; got {shown(self.probabilities)}"
+                f"probabilities must increase between 0 and 1; got {value_text(self.probabilities)}"
             )
         check_fraction("confidence", self.confidence)
         check_fraction("accuracy", self.accuracy)

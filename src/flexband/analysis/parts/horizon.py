@@ -19,13 +19,14 @@ from scipy.special import ndtr
 from flexband.analysis.parts.numbers import Quantities, check_quantities, numbers_of, units_by_name
 from flexband.analysis.parts.runs import plain_runs
 from flexband.analysis.verification.expanded_runs import Runs
-from flexband.errors import InputError, check_integer, check_numbers
+from flexband.basics.checks import check_integer, check_numbers
+from flexband.basics.progress import Progress, counted
+from flexband.basics.response import ResponseFunction
+from flexband.basics.rounding import unit_of_variable
+from flexband.errors import InputError
 from flexband.execution.executors import ExecutorLike
 from flexband.execution.store import StoreLike
-from flexband.progress import Progress, counted
 from flexband.requirements.units import unit_of
-from flexband.response import ResponseFunction
-from flexband.rounding import unit_of_variable
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
 from flexband.uncertainty.inputs.space import Space

@@ -8,7 +8,8 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.quantities import Quantity, made_of
-from flexband.errors import InputError, check_function, check_instance
+from flexband.basics.checks import check_function, check_instance
+from flexband.errors import InputError
 from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs, series
 
 Quantities = Mapping[str, Quantity]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexband.errors import check_instance
+from flexband.basics.checks import check_instance
 from flexband.requirements.scatter import Scatter, ScatteringTolerances
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distributions.bounded import Uniform

@@ -8,10 +8,11 @@ from contextlib import contextmanager
 import xarray as xr
 
 from flexband.analysis.verification.expanded_runs import Points, Runs
-from flexband.errors import InputError, check_function
+from flexband.basics.checks import check_function
+from flexband.basics.progress import Advance
+from flexband.basics.response import ResponseFunction, as_response
+from flexband.errors import InputError
 from flexband.execution.store import as_store
-from flexband.progress import Advance
-from flexband.response import ResponseFunction, as_response
 from flexband.uncertainty.inputs.space import Space, check_names
 from flexband.uncertainty.inputs.unfolding import GivenInputs, choices_of
 from flexband.uncertainty.runs.evaluated import Evaluated

@@ -8,13 +8,13 @@ from flexband.analysis.parts.distribution import SamplingOptions, distribution
 from flexband.analysis.parts.numbers import Quantities, check_quantities
 from flexband.analysis.parts.points import Parts
 from flexband.analysis.parts.runs import plain_runs
-from flexband.errors import check_integer
+from flexband.basics.checks import check_integer
+from flexband.basics.progress import Progress, counted
+from flexband.basics.response import ResponseFunction
 from flexband.execution.executors import ExecutorLike
 from flexband.execution.store import StoreLike
-from flexband.progress import Progress, counted
 from flexband.requirements.requirement import Requirements, several
 from flexband.requirements.scatter import Scatter
-from flexband.response import ResponseFunction
 from flexband.uncertainty.inputs.unfolding import GivenInputs
 from flexband.uncertainty.runs import BATCH
 from flexband.uncertainty.runs.evaluations import EvaluationOptions

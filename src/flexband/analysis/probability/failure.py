@@ -22,10 +22,13 @@ from flexband.analysis.probability.statements import (
 from flexband.analysis.probability.texts import LONG_NAMES, verdict_on, with_texts
 from flexband.analysis.results import NOT_JUDGED, check_free, doubts_of, missed_tolerance
 from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
-from flexband.errors import InputError, check_integer, check_numbers, shown
+from flexband.basics.checks import check_integer, check_numbers
+from flexband.basics.progress import Progress
+from flexband.basics.response import ResponseFunction
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.execution.executors import ExecutorLike
 from flexband.execution.store import StoreLike
-from flexband.progress import Progress
 from flexband.requirements.corridors import (
     Corridor,
     check_instantaneous,
@@ -34,7 +37,6 @@ from flexband.requirements.corridors import (
 )
 from flexband.requirements.requirement import Requirements, corridors
 from flexband.requirements.scatter import Scatter, scattering_tolerances
-from flexband.response import ResponseFunction
 from flexband.uncertainty.inputs.distributions.samples import Samples
 from flexband.uncertainty.surrogates.bands import remark
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -166,7 +168,7 @@ def limit_probabilities(
         raise InputError(f"accuracy must be from {FINEST} to {COARSEST}; got {accuracy:g}")
     if response is None and (not isinstance(runs, int) or runs != RUNS):
         raise InputError(
-            f"runs requires a response, of which they are made; got runs={shown(runs)}"
+            f"runs requires a response, of which they are made; got runs={value_text(runs)}"
         )
     seed = check_integer("seed", seed, 0)
     labels = labels_of(surrogate)

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
-from flexband.errors import check_integer
-from flexband.progress import Progress, counted
-from flexband.response import ResponseFunction
+from flexband.basics.checks import check_integer
+from flexband.basics.progress import Progress, counted
+from flexband.basics.response import ResponseFunction
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 MIN_RUNS, MAX_RUNS = 16, 100_000

@@ -8,7 +8,7 @@ import xarray as xr
 from flexband.analysis.limits.least_margin import inputs_in_words
 from flexband.analysis.probability.statements import ANYTHING, BETWEEN
 from flexband.analysis.results import AnswerRecord
-from flexband.words import number_of
+from flexband.basics.words import number_of
 
 NOT_GIVEN = "not given"
 """What stands in place of a probability of a surrogate that missed its tolerance."""

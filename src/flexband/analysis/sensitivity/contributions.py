@@ -18,7 +18,8 @@ import xarray as xr
 from flexband.analysis.intervals import over_intervals
 from flexband.analysis.results import Variables, answer, check_free, expected_error, places
 from flexband.analysis.selection import AnySurrogate, Labels
-from flexband.errors import InputError, check_flag
+from flexband.basics.checks import check_flag
+from flexband.errors import InputError
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.narrowing import fix_inputs
 from flexband.uncertainty.surrogates.axes import units_of

@@ -16,10 +16,11 @@ from flexband.analysis.sampled import SampledSeries, sampling_error
 from flexband.analysis.selection import AnySurrogate, Labels, select_places, surrogates_of
 from flexband.analysis.sensitivity.contributions import groups
 from flexband.analysis.sensitivity.variances import Variances, variances_of
-from flexband.errors import InputError, check_integer
+from flexband.basics.checks import check_integer
+from flexband.basics.words import number_of
+from flexband.errors import InputError
 from flexband.uncertainty.surrogates.axes import units_of
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-from flexband.words import number_of
 
 WORSE = 2.0
 """More than any index: what counts where the variance vanishes."""

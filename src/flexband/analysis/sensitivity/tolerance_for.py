@@ -10,7 +10,10 @@ import xarray as xr
 from flexband.analysis.allocation.tolerances import with_tolerance
 from flexband.analysis.results import answer, check_free
 from flexband.analysis.selection import AnySurrogate, surrogates_of
-from flexband.errors import InputError, check_fraction, shown, without_warnings
+from flexband.basics.checks import check_fraction
+from flexband.basics.warning import without_warnings
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.uncertainty.inputs.choices import Sizing
 from flexband.uncertainty.inputs.constants import is_number
 from flexband.uncertainty.inputs.fields.random_field import RandomField
@@ -124,6 +127,6 @@ def _tolerance(surrogate: Surrogate, name: str) -> tuple[float, Input]:
     if not isinstance(name, str) or name not in allowed:
         raise InputError(
             "name must be an input with a tolerance, an interval, a distribution with a std or a "
-            f"normal RandomField, which are {', '.join(allowed) or 'none'}; got {shown(name)}"
+            f"normal RandomField, which are {', '.join(allowed) or 'none'}; got {value_text(name)}"
         )
     return allowed[name], inputs[name]

@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from flexband.errors import ResolutionWarning, StrainWarning, check_function, without_warnings
-from flexband.progress import Advance
-from flexband.response import Response, ResponseFunction, as_response
+from flexband.basics.checks import check_function
+from flexband.basics.progress import Advance
+from flexband.basics.response import Response, ResponseFunction, as_response
+from flexband.basics.warning import without_warnings
+from flexband.errors import ResolutionWarning, StrainWarning
 from flexband.uncertainty.inputs.space import check_names
 from flexband.uncertainty.inputs.unfolding import GivenInputs
 from flexband.uncertainty.runs.evaluated import Evaluated

@@ -33,10 +33,10 @@ from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.verification import MAX_RUNS, RUNS
 from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
 from flexband.analysis.verification.judgement import judge_by_runs
-from flexband.errors import check_integer
-from flexband.progress import Progress, counted
+from flexband.basics.checks import check_integer
+from flexband.basics.progress import Progress, counted
+from flexband.basics.response import ResponseFunction
 from flexband.remarks.collection import as_attribute
-from flexband.response import ResponseFunction
 from flexband.uncertainty.expansions.bounds.discs import in_discs
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates

@@ -23,9 +23,9 @@ if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr
 
     from flexband.analysis.selection import labels_of
+    from flexband.basics.rounding import unit_of_variable
     from flexband.report.page.answers import derived_table
     from flexband.report.plot.figures import derived_figure
-    from flexband.rounding import unit_of_variable
     from flexband.study.presentation.display import ONLY_OUTPUT, Display, names_and_units
     from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs
 

@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import flexband as fb
+from flexband.basics.words import number_of
 from flexband.cli.answers.frame import CommandOutput, SavedResult, answer_command
 from flexband.cli.messages import Table, UsageError, usage
-from flexband.words import number_of
 
 if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr
 
     from flexband.analysis.results import AnswerRecord
+    from flexband.basics.rounding import unit_of_variable
     from flexband.report.plot.figures import bounds_figure
     from flexband.report.text.drawable import drawable_outputs
     from flexband.report.text.numbers import number
     from flexband.report.text.tables import outputs_of, select, unit_of
-    from flexband.rounding import unit_of_variable
     from flexband.study.presentation.display import Display
 
 

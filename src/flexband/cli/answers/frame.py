@@ -13,6 +13,9 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 import typer
 
 import flexband as fb
+from flexband.basics.error_text import error_text
+from flexband.basics.files import try_write
+from flexband.basics.warning import without_warnings
 from flexband.cli.application import app
 from flexband.cli.files import check_folder, draw
 from flexband.cli.messages import (
@@ -24,19 +27,17 @@ from flexband.cli.messages import (
     print_text,
     reported_errors,
 )
-from flexband.error_text import error_text
-from flexband.errors import InputError, without_warnings
+from flexband.errors import InputError
 from flexband.execution.lock import is_locked
 from flexband.execution.names import FileName
-from flexband.files import try_write
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
     from flexband.analysis.selection import AnySurrogate
+    from flexband.basics.response import ResponseFunction
     from flexband.requirements.verdict import RequirementVerdict
-    from flexband.response import ResponseFunction
     from flexband.study.presentation.display import Display
     from flexband.study.results.reliability import Doubt
     from flexband.study.study import Study

@@ -9,11 +9,12 @@ import typer
 
 import flexband as fb
 from flexband.analysis.probability import COARSEST, FINEST
+from flexband.basics.checks import check_integer
 from flexband.cli.answers.frame import CommandOutput, SavedResult, SomeSigmas, answer_command
 from flexband.cli.files import check_folder, draw_limits
 from flexband.cli.messages import UsageError, usage
 from flexband.cli.options import Trust
-from flexband.errors import InputError, check_integer
+from flexband.errors import InputError
 from flexband.execution.names import FileName
 
 if TYPE_CHECKING:  # imported when a command is called

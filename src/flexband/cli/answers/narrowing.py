@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import flexband as fb
+from flexband.basics.words import with_article
 from flexband.cli.answers.frame import CommandOutput, SavedResult, Sigmas, answer_command
 from flexband.cli.messages import Table, UsageError, print_text, usage
 from flexband.cli.options import Trust
 from flexband.errors import InputError
-from flexband.words import with_article
 
 if TYPE_CHECKING:  # imported when a command is called
     import numpy as np

@@ -8,11 +8,12 @@ import typer
 
 import flexband as fb
 from flexband.analysis.probability import COARSEST, FINEST
+from flexband.basics.checks import check_integer
 from flexband.cli.answers.frame import CommandOutput, SavedResult, answer_command
 from flexband.cli.answers.limits import During, Only, Side, as_rows, limits_of
 from flexband.cli.messages import Table, UsageError, usage
 from flexband.cli.options import Trust
-from flexband.errors import InputError, check_integer
+from flexband.errors import InputError
 
 if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr

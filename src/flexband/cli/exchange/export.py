@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from flexband.basics.files import replaced
+from flexband.basics.words import number_of
 from flexband.cli.application import app
 from flexband.cli.files import Folder
 from flexband.cli.messages import UsageError, print_text, reported_errors
 from flexband.errors import InputError
-from flexband.files import replaced
-from flexband.words import number_of
 
 if TYPE_CHECKING:  # imported when a command is called
     import numpy as np

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from flexband.basics.words import are
 from flexband.cli.application import app
 from flexband.cli.files import File, Folder, Output
 from flexband.cli.messages import print_text, reported_errors, usage
@@ -16,7 +17,6 @@ from flexband.cli.options import Failed, Method, Sigmas, Trust
 from flexband.cli.runs import run_plan
 from flexband.errors import InputError
 from flexband.study.folder import StudyFolder
-from flexband.words import are
 
 if TYPE_CHECKING:  # imported when a command is called
     from flexband.cli.plan import Plan, plan_in

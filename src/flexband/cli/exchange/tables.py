@@ -17,6 +17,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.analysis.limits.verdicts import requirement_verdicts, uncertain_inputs
     from flexband.analysis.results import doubts_of
     from flexband.analysis.selection import surrogates_of
+    from flexband.basics.words import number_of
     from flexband.cli.result import exit_status, print_verdicts
     from flexband.report.text.numbers import percent
     from flexband.requirements.requirement import several
@@ -25,7 +26,6 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.study.study import load_study
     from flexband.uncertainty.surrogates.bands import BandRecord
     from flexband.uncertainty.surrogates.files import save_surrogate
-    from flexband.words import number_of
 
 
 @app.command()

@@ -9,7 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import ResolutionWarning, warn
+from flexband.basics.warning import warn
+from flexband.basics.words import number_of
+from flexband.errors import ResolutionWarning
 from flexband.mechanics.assembly.stacking import indices, stack
 from flexband.mechanics.assembly.structure import Continua, ContinuumValues, Elements, ElementValues
 from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
@@ -22,7 +24,6 @@ from flexband.mechanics.loads.load import FreeStrainEntry
 from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.sensors.sections import LocalSensor
 from flexband.remarks.remark import Remark, RemarkKind
-from flexband.words import number_of
 
 
 class FreeTerm(NamedTuple):

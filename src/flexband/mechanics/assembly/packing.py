@@ -7,7 +7,10 @@ from functools import partial
 
 import numpy as np
 
-from flexband.errors import check_affordable, returned, without_warnings
+from flexband.basics.checks import check_affordable
+from flexband.basics.user_functions import evaluate_function
+from flexband.basics.warning import without_warnings
+from flexband.basics.words import number_of
 from flexband.mechanics.assembly.stacking import map_tree
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
@@ -15,7 +18,6 @@ from flexband.mechanics.kernels.forms import COEFFICIENTS
 from flexband.mechanics.kernels.lane_arrays import WIDTH, to_lanes, zeros
 from flexband.mechanics.time_functions.schedule import Schedule
 from flexband.mechanics.time_functions.tabulation import tabulate
-from flexband.words import number_of
 
 AT_START = np.array([0.0, 1e-4])
 """Times [s] of a run that only starts: drives are differentiated over such a step."""
@@ -104,7 +106,7 @@ def check_memory(
     samples, outputs = system.samples, len(system.outputs)
     tables = (3 + COEFFICIENTS * polynomials) * (1 + len(system.functions))
     lanes = WIDTH * min(threads, -(-samples // WIDTH))
-    several = any(np.size(returned(f, 0.0)) > 1 for f in system.functions)
+    several = any(np.size(evaluate_function(f, 0.0)) > 1 for f in system.functions)
     tabulated = tables * ((samples + lanes) if several else 1 + WIDTH)
     per_time = samples * outputs / substeps + lanes * (system.sensed + outputs) + tabulated
     check_affordable(

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexband.basics.rounding import rounding_attributes
 from flexband.mechanics.assembly.stacking import stack
 from flexband.mechanics.assembly.system import System
-from flexband.rounding import rounding_attributes
 
 
 def attributes_of_units(system: System, h: float = np.inf) -> dict[str, str]:

@@ -11,7 +11,8 @@ from itertools import chain, groupby
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, named, returned
+from flexband.basics.user_functions import evaluate_function, function_text
+from flexband.errors import InputError
 from flexband.mechanics.assembly.elements import (
     ContinuumTable,
     ElementTable,
@@ -167,11 +168,11 @@ def assemble(mechanism: Mechanism) -> System:
         **dict.fromkeys(of_runs, np.empty((0, 1))),
         **{name: table.values() for name, table in tables.items()},
     )
-    driven = [np.atleast_1d(returned(f, 0.0)) for f in functions]
+    driven = [np.atleast_1d(evaluate_function(f, 0.0)) for f in functions]
     for f, value in zip(functions, driven, strict=True):
         if value.ndim > 1:
             shapes = "a number or one per sample, shape (n,)"
-            raise InputError(f"{named(f)} must return {shapes}; got shape {value.shape}")
+            raise InputError(f"{function_text(f)} must return {shapes}; got shape {value.shape}")
     samples = count_samples([*leaves(values), *driven])
     loads = [name for name, entries in model.entries.items() for _ in entries.laws]
     return System(

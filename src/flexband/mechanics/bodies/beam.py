@@ -19,8 +19,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_finite, check_poissons_ratio, check_positive
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_finite, check_poissons_ratio, check_positive
+from flexband.errors import InputError
 from flexband.mechanics.bodies.assumed_strains import (
     ENDS,
     axial_strain,

@@ -9,7 +9,9 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, check_finite, shown
+from flexband.basics.checks import check_finite
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.mechanics.kernels.forms import Form, Frame
 
 Point = tuple[ArrayLike, ...]
@@ -112,7 +114,7 @@ class Body(ABC):
 def check_implements(name: str, value: object, kind: type, allowed: str) -> None:
     """Raise `InputError` if `value` is not of a class or protocol, or is itself a class."""
     if isinstance(value, type) or not isinstance(value, kind):
-        raise InputError(f"{name} must be {allowed}; got {shown(value)}")
+        raise InputError(f"{name} must be {allowed}; got {value_text(value)}")
 
 
 def point(name: str, value: Point, dimension: int = 2) -> tuple[np.ndarray, ...]:
@@ -123,7 +125,7 @@ def point(name: str, value: Point, dimension: int = 2) -> tuple[np.ndarray, ...]
     listed = isinstance(value, list | tuple | np.ndarray) and np.iterable(value)
     if not listed or not 2 <= len(value) <= dimension:
         kind = "a pair" if dimension == 2 else "a pair or a triple"
-        raise InputError(f"{name} must be {kind}; got {shown(value)}")
+        raise InputError(f"{name} must be {kind}; got {value_text(value)}")
     axes = zip((*value, 0.0)[:dimension], "XYZ", strict=False)
     return tuple(check_finite(f"{name} {axis} [m]", component) for component, axis in axes)
 

@@ -15,8 +15,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from flexband.arguments import frozen
-from flexband.errors import check_positive
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_positive
 from flexband.mechanics.bodies.assumed_strains import (
     AXIAL,
     axial_strain,

@@ -17,8 +17,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import (
-    InputError,
+from flexband.basics.checks import (
     check_angle,
     check_finite,
     check_integer,
@@ -26,6 +25,7 @@ from flexband.errors import (
     check_positive,
     check_same_samples,
 )
+from flexband.errors import InputError
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, add_pairs, point
 from flexband.mechanics.bodies.curves import Path, arc, drawn, measure_path
 from flexband.mechanics.bodies.mesh import Mesh, divided_mesh

@@ -9,7 +9,9 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, check_finite, returned
+from flexband.basics.checks import check_finite
+from flexband.basics.user_functions import evaluate_function
+from flexband.errors import InputError
 
 Path = Callable[[np.ndarray], ArrayLike] | Sequence[tuple[float, float]] | np.ndarray
 """A curve: a function that maps u, shape (m,), from 0 to 1 to points (X, Y) [m], shape (m, 2), or
@@ -30,7 +32,7 @@ def measure_path(path: Path) -> Curve:
     count = 2001
     u = np.linspace(0.0, 1.0, count)
     if callable(path):
-        points = check_finite("path", returned(path, u, "path"), rank=None)
+        points = check_finite("path", evaluate_function(path, u, "path"), rank=None)
     else:
         knots = check_finite("path", path, rank=None)
         if knots.ndim != 2 or knots.shape[1] != 2 or len(knots) < 3:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.errors import warn
+from flexband.basics.warning import warn
 
 
 def plausible_material(density: np.ndarray, youngs_modulus: np.ndarray) -> None:

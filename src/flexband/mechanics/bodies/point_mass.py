@@ -7,8 +7,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import check_non_negative, check_option
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_non_negative, check_option
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, point
 from flexband.mechanics.kernels.forms import Form, PlanarFrame, constant_vector
 

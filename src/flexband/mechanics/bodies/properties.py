@@ -7,8 +7,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, returned
-from flexband.words import number_of
+from flexband.basics.user_functions import evaluate_function
+from flexband.basics.words import number_of
+from flexband.errors import InputError
 
 Property = ArrayLike | Callable[[np.ndarray], ArrayLike]
 """A number, an array of shape (n,), or a function of the position along the axis [m]. The function
@@ -22,7 +23,11 @@ The result has shape (n or 1, …)."""
 
 def evaluated(x: np.ndarray, name: str, value: Property, check: Callable) -> np.ndarray:
     """Return a property at positions x [m] of one or all samples, shape (n or 1, positions)."""
-    values = returned(value, x, name) if callable(value) else np.asarray(value, float)[..., None]
+    values = (
+        evaluate_function(value, x, name)
+        if callable(value)
+        else np.asarray(value, float)[..., None]
+    )
     try:
         shape = np.broadcast_shapes(np.shape(values), x.shape)
         values = np.atleast_2d(np.broadcast_to(values, shape))

@@ -16,9 +16,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import (
-    InputError,
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import (
     check_angle,
     check_finite,
     check_instance,
@@ -26,8 +25,9 @@ from flexband.errors import (
     check_option,
     check_positive,
     check_same_samples,
-    shown,
 )
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, point
 from flexband.mechanics.bodies.plausible import plausible_block
 from flexband.mechanics.kernels.forms import Form, PlanarFrame, dot
@@ -163,7 +163,9 @@ class RigidBody(Body):
         """
         several = isinstance(vertices, Sequence | np.ndarray) and np.iterable(vertices)
         if not several or len(vertices) < 3:
-            raise InputError(f"polygon vertices must be 3 points or more; got {shown(vertices)}")
+            raise InputError(
+                f"polygon vertices must be 3 points or more; got {value_text(vertices)}"
+            )
         corners = [point(f"polygon vertex {k}", v) for k, v in enumerate(vertices)]
         thickness, rho = _sizes("polygon", density, width=width)
         check_same_samples("polygon", thickness, rho, *chain(*corners))

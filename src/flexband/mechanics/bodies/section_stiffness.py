@@ -19,8 +19,8 @@ from typing import NamedTuple, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import check_numbers, check_positive
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_numbers, check_positive
 
 
 class SectionStiffness(NamedTuple):

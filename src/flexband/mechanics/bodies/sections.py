@@ -10,8 +10,9 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_positive
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_positive
+from flexband.errors import InputError
 from flexband.mechanics.bodies.properties import Along, Property
 
 

@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, check_finite, check_instance
+from flexband.basics.checks import check_finite, check_instance
+from flexband.errors import InputError
 from flexband.mechanics.contact.friction import FrictionEntry
 from flexband.mechanics.contact.normal_laws import NormalLaw
 from flexband.mechanics.kernels.lanes import (

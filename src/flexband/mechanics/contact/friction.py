@@ -9,16 +9,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import (
-    InputError,
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import (
     check_function,
     check_non_negative,
     check_positive,
     check_same_samples,
-    returned,
-    shown,
 )
+from flexband.basics.user_functions import evaluate_function
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.mechanics.contact.geometry.geometry import Travel
 from flexband.mechanics.kernels.forms import Form, TimeFunction, Vector
 
@@ -90,7 +90,7 @@ def as_activity(name: str, active: Activity) -> Activity:
         return active
     check_function(name, active, " of time")
     numbers = partial(_as_numbers, active)
-    returned(numbers, 0.0, name)
+    evaluate_function(numbers, 0.0, name)
     return numbers if np.asarray(active(0.0)).dtype == bool else active
 
 
@@ -103,7 +103,7 @@ def check_law_output(name: str, value: tuple, kind: str) -> None:
     if len(value) != 2 or {*map(type, value)} != {str}:
         raise InputError(
             f"{name} must be a function of time, or the names of a load and its {kind}; "
-            f"got {shown(value)}"
+            f"got {value_text(value)}"
         )
 
 

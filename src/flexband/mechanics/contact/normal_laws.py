@@ -22,17 +22,17 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import (
-    InputError,
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import (
     check_finite,
     check_non_negative,
     check_pair,
     check_poissons_ratio,
     check_positive,
     check_same_samples,
-    shown,
 )
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 
 
 def kept_restitution(damping: ArrayLike) -> np.ndarray:
@@ -200,7 +200,7 @@ def hertz_stiffness(
         infinite = np.ndim(R) == 0 and R in (math.inf, -math.inf)
         radius = np.asarray(R) if infinite else check_finite("radii [m]", R)
         if np.any(radius == 0):
-            raise InputError(f"radii [m] must be numbers other than 0; got {shown(R)}")
+            raise InputError(f"radii [m] must be numbers other than 0; got {value_text(R)}")
         compliance = compliance + (1.0 - ratio**2) / modulus
         curvature = curvature + 1.0 / radius
     if np.any(curvature <= 0):

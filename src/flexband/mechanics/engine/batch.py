@@ -32,8 +32,8 @@ from flexband.mechanics.kernels.records import Record
 from flexband.mechanics.time_functions.schedule import IMPULSE, Schedule
 
 if TYPE_CHECKING:
+    from flexband.basics.progress import Progress
     from flexband.mechanics.assembly.system import System
-    from flexband.progress import Progress
 
 NOTHING = np.zeros((1, WIDTH))
 """In place of an array that a task does not use."""

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.errors import warn
+from flexband.basics.warning import warn
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.loop_closure import rigid_motions
 from flexband.mechanics.engine.redundancy import RANK, jacobian, of_samples

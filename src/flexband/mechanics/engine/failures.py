@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexband.basics.words import number_of
 from flexband.errors import AssemblyError, SimulationError
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
@@ -15,7 +16,6 @@ from flexband.mechanics.kernels.laws.forces import GAP
 from flexband.mechanics.kernels.laws.states import MARK
 from flexband.mechanics.kernels.state import rows_of_gaps
 from flexband.mechanics.loads.law_shape import take_failures
-from flexband.words import number_of
 
 SHORTER = (
     "Take shorter steps: a smaller `step`, or more `substeps`. If these diverge as well, a force "

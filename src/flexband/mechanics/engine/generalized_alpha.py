@@ -15,8 +15,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_numbers, check_positive, warn
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_numbers, check_positive
+from flexband.basics.warning import warn
+from flexband.errors import InputError
 from flexband.mechanics.assembly.structure import KEPT
 from flexband.mechanics.engine.projection import (
     PROJECTION,

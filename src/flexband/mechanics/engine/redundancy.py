@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import null_space
 
-from flexband.errors import InputError, ResolutionWarning, returned, warn
+from flexband.basics.user_functions import evaluate_function
+from flexband.basics.warning import warn
+from flexband.errors import InputError, ResolutionWarning
 from flexband.mechanics.assembly.structure import Values, VectorValues
 from flexband.mechanics.assembly.system import System
 from flexband.remarks.remark import Remark, RemarkKind
@@ -26,7 +28,7 @@ def jacobian(system: System, z: np.ndarray, samples: np.ndarray) -> np.ndarray:
     c = of_samples(system.values.terms, samples).copy()
     for t, f in enumerate(system.structure.terms.f):
         if f > 0:
-            factor = np.atleast_1d(returned(system.functions[f - 1], system.first_time))
+            factor = np.atleast_1d(evaluate_function(system.functions[f - 1], system.first_time))
             c[t] *= of_samples(factor, samples)
     vectors = VectorValues(*(of_samples(parts, samples) for parts in system.values.vectors))
     return derivatives(system, c, vectors, z)

@@ -12,12 +12,14 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from flexband.errors import ResolutionWarning, returned, warn
+from flexband.basics.rounding import Units
+from flexband.basics.user_functions import evaluate_function
+from flexband.basics.warning import warn
+from flexband.errors import ResolutionWarning
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.kernels.forms import TimeFunction
 from flexband.remarks.remark import Remark, RemarkKind
-from flexband.rounding import Units
 
 
 class StepCheck(NamedTuple):
@@ -176,7 +178,7 @@ def remark_on_few_steps(
     free = np.ones(count // 2 + 1, dtype=bool)
     worst = worst_vibration(outputs, varies, scale, free, dt, h, rho, check)
     if worst is not None and worst.error > check.max_error:
-        values = [[float(np.ravel(returned(f, t))[0]) for t in times] for f in functions]
+        values = [[float(np.ravel(evaluate_function(f, t))[0]) for t in times] for f in functions]
         free = not_driven(np.array(values).reshape(-1, count), check)
         worst = worst_vibration(outputs, varies, scale, free, dt, h, rho, check)
     if worst is None or worst.error <= check.max_error:

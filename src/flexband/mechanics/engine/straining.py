@@ -12,14 +12,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.errors import StrainWarning, warn
+from flexband.basics.warning import warn
+from flexband.basics.words import number_of
+from flexband.errors import StrainWarning
 from flexband.mechanics.assembly.structure import KEPT
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.engine.generalized_alpha import kept_at
 from flexband.remarks.remark import Remark, RemarkKind
-from flexband.words import number_of
 
 
 class LargestStrains(NamedTuple):

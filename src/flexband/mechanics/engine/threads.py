@@ -18,10 +18,10 @@ from typing import TypeVar
 
 import numpy as np
 
+from flexband.basics.checks import check_integer
+from flexband.basics.progress import Progress
 from flexband.compilation.caching import compiling
-from flexband.errors import check_integer
 from flexband.mechanics.kernels.lane_arrays import zeros
-from flexband.progress import Progress
 
 Result = TypeVar("Result")
 

@@ -7,8 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_instance, check_non_negative, check_positive
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_instance, check_non_negative, check_positive
+from flexband.basics.words import with_article
+from flexband.errors import InputError
 from flexband.mechanics.joints.joint import (
     Compliance,
     Held,
@@ -17,7 +19,6 @@ from flexband.mechanics.joints.joint import (
     Resolve,
 )
 from flexband.mechanics.kernels.forms import Form, Vector
-from flexband.words import with_article
 
 Stiffness = ArrayLike | tuple[ArrayLike, ArrayLike]
 """One number for all directions, an array of shape (n,), or a pair for two directions."""

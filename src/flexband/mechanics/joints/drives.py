@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_function
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_function
+from flexband.errors import InputError
 from flexband.mechanics.joints.joint import (
     Couple,
     Held,

@@ -9,8 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_finite, check_positive
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_finite, check_positive
+from flexband.errors import InputError
 from flexband.mechanics.contact.friction import Coulomb, FrictionEntry
 from flexband.mechanics.contact.geometry.geometry import Travel
 from flexband.mechanics.joints.joint import (

@@ -14,7 +14,9 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, check_finite, check_numbers, shown
+from flexband.basics.checks import check_finite, check_numbers
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.mechanics.bodies.body import Point
 from flexband.mechanics.contact.contact_law import PairContact
 from flexband.mechanics.contact.friction import FrictionEntry
@@ -219,7 +221,7 @@ def checked_offset(name: str, offset: Offset) -> tuple[np.ndarray, np.ndarray]:
     try:
         first, second = offset
     except (TypeError, ValueError):
-        raise InputError(f"{name} must be a pair of numbers; got {shown(offset)}") from None
+        raise InputError(f"{name} must be a pair of numbers; got {value_text(offset)}") from None
     return check_finite(name, first), check_finite(name, second)
 
 

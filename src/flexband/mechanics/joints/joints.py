@@ -10,15 +10,15 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import (
-    InputError,
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import (
     check_angle,
     check_finite,
     check_flag,
     check_non_negative,
     check_positive,
 )
+from flexband.errors import InputError
 from flexband.mechanics.contact.contact_law import PairContact, check_law, pair_contact
 from flexband.mechanics.contact.friction import Friction, FrictionEntry, as_coulomb, friction_entry
 from flexband.mechanics.contact.geometry.circle_on_line import (

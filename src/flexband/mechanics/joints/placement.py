@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from flexband.errors import returned
+from flexband.basics.user_functions import evaluate_function
 from flexband.mechanics.kernels.forms import Form
 
 
@@ -50,7 +50,7 @@ def place_bodies(
         jacobian = np.zeros((len(apart), len(rows), starts[-1]))
         for k, row in enumerate(rows):
             for (i, j, f), c in row.terms.items():
-                at_start = 1.0 if f is None else returned(f, 0.0)
+                at_start = 1.0 if f is None else evaluate_function(f, 0.0)
                 factor = np.broadcast_to(c * at_start, samples)[apart]
                 for moved, other in ((i, j), (j, i)):
                     if moved in column:
@@ -77,7 +77,7 @@ def _samples(guess: Sequence[np.ndarray], rows: Sequence[Form]) -> int | None:
     functions += [term.f for row in rows for term in row.polar if term.f is not None]
     parts = [*guess, *(c for row in rows for c in row.terms.values())]
     try:
-        parts += [np.asarray(returned(f, 0.0)) for f in functions]
+        parts += [np.asarray(evaluate_function(f, 0.0)) for f in functions]
     except (TypeError, ValueError):
         return None
     sizes = {np.size(part) for part in parts} - {1}

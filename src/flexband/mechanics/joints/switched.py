@@ -5,14 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import (
-    InputError,
-    check_instance,
-    check_option,
-    check_positive,
-    returned,
-)
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_instance, check_option, check_positive
+from flexband.basics.user_functions import evaluate_function
+from flexband.errors import InputError
 from flexband.mechanics.contact.friction import Activity, Coulomb, FrictionEntry, as_activity
 from flexband.mechanics.contact.geometry.geometry import Travel
 from flexband.mechanics.joints.joint import (
@@ -129,7 +125,7 @@ class _AtRest(Switched):
     def constraints(self, frame: Resolve) -> list[Form]:
         if isinstance(self.active, tuple):
             raise InputError("statics and modes need a Switched active that is a function of time")
-        active = np.unique(np.asarray(returned(self.active, 0.0), dtype=float) > 0.5)
+        active = np.unique(np.asarray(evaluate_function(self.active, 0.0), dtype=float) > 0.5)
         if len(active) > 1:
             raise InputError("a Switched must be active at the start in all samples or in none")
         return HoldingJoint.constraints(self, frame) if active[0] else []

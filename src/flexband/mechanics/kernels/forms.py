@@ -16,7 +16,8 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, returned
+from flexband.basics.user_functions import evaluate_function
+from flexband.errors import InputError
 
 TimeFunction = Callable[[float], ArrayLike]
 """A function of the time [s], which returns a number or an array of shape (n,)."""
@@ -34,7 +35,7 @@ class Composed:
     name: str
 
     def __call__(self, time: float) -> np.ndarray:
-        return self.outer(returned(self.inner, time, self.name))
+        return self.outer(evaluate_function(self.inner, time, self.name))
 
 
 def during_impulse(time: float) -> float:
@@ -139,10 +140,12 @@ class Form:
         """Return the value at t = 0 for z, numbers or arrays."""
         value = np.zeros(())
         for (i, j, f), c in self.terms.items():
-            value = value + c * (1.0 if f is None else returned(f, 0.0)) * np.multiply(z[i], z[j])
+            value = value + c * (1.0 if f is None else evaluate_function(f, 0.0)) * np.multiply(
+                z[i], z[j]
+            )
         for (x, y), c, f, length in self.polar:
             polar = np.hypot(x.at(z), y.at(z)) if length else np.arctan2(y.at(z), x.at(z))
-            value = value + c * (1.0 if f is None else returned(f, 0.0)) * polar
+            value = value + c * (1.0 if f is None else evaluate_function(f, 0.0)) * polar
         return value
 
 

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_non_negative, check_numbers, check_positive
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_non_negative, check_numbers, check_positive
+from flexband.errors import InputError
 from flexband.mechanics.contact.friction import (
     Coulomb,
     Friction,

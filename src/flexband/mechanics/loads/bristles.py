@@ -7,8 +7,9 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_finite, check_non_negative, check_positive
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_finite, check_non_negative, check_positive
+from flexband.errors import InputError
 from flexband.mechanics.joints.joint import PointName, check_axis
 from flexband.mechanics.loads.force_laws import ForceLaw
 from flexband.mechanics.loads.load import Entries, LoadModel, PairLoad

@@ -7,8 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_finite, check_instance, check_non_negative, shown
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_finite, check_instance, check_non_negative
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.loads.characteristic import Characteristic, read_table
 from flexband.mechanics.loads.force_laws import ForceLaw
@@ -102,7 +104,7 @@ def _three(name: str, given: ArrayLike | Sequence, what: str = "numbers") -> lis
     """Return three entries; raise `InputError` if there are not so many."""
     entries = given.tolist() if isinstance(given, np.ndarray) else given
     if not isinstance(entries, list | tuple) or len(entries) != 3:
-        raise InputError(f"{name} must be three {what}, of x, y and angle; got {shown(given)}")
+        raise InputError(f"{name} must be three {what}, of x, y and angle; got {value_text(given)}")
     return list(entries)
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_finite, check_function
 from flexband.compilation.functions import compiled
-from flexband.errors import InputError, check_finite, check_function
+from flexband.errors import InputError
 from flexband.mechanics.kernels.forms import TimeFunction
 
 

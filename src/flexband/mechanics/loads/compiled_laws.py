@@ -21,8 +21,9 @@ from numba import cfunc, njit
 from numba.core.dispatcher import Dispatcher
 from numba.np.numpy_support import carray
 
+from flexband.basics.warning import warn
 from flexband.compilation.caching import cached_on_disk
-from flexband.errors import InputError, warn
+from flexband.errors import InputError
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.kernels.laws.forces import AXES, GAP_MEMORY
 from flexband.mechanics.loads.law_shape import CompiledLaw, Law, LawFailure, LawShape, failures_here

@@ -7,8 +7,10 @@ from functools import partial
 
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_flag, check_instance, shown
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_flag, check_instance
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.mechanics.contact.contact_law import (
     PairContact,
     angle_contact,
@@ -68,7 +70,7 @@ class ContactLoad(PairLoad):
             owner = f"of body {first!r}" if first else "of the ground"
             raise InputError(
                 f"{name} must be between two bodies, or a body and the ground; its points "
-                f"{shown(self.first)} and {shown(self.second)} are both {owner}"
+                f"{value_text(self.first)} and {value_text(self.second)} are both {owner}"
             )
 
     def contacts(self, first: Frame, second: Frame) -> list[PairContact]:

@@ -12,16 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_finite, check_function, check_instance, check_non_negative
+from flexband.basics.words import value_text
 from flexband.compilation.functions import Deferred
-from flexband.errors import (
-    InputError,
-    check_finite,
-    check_function,
-    check_instance,
-    check_non_negative,
-    shown,
-)
+from flexband.errors import InputError
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.loads.law_shape import Law
 from flexband.mechanics.loads.lines import check_lines
@@ -80,11 +75,13 @@ class ForceLaw:
 
     def __post_init__(self) -> None:
         if not isinstance(self.points, list | tuple) or not self.points:
-            raise InputError(f"ForceLaw points must be a list of points; got {shown(self.points)}")
+            raise InputError(
+                f"ForceLaw points must be a list of points; got {value_text(self.points)}"
+            )
         if not isinstance(self.parameters, list | tuple | np.ndarray) or not np.iterable(
             self.parameters
         ):
-            given = shown(self.parameters)
+            given = value_text(self.parameters)
             raise InputError(f"ForceLaw parameters must be a list of numbers; got {given}")
         for k, value in enumerate(self.parameters):
             in_time(f"ForceLaw parameter {k}", value)
@@ -110,7 +107,7 @@ def _check_states(states: Mapping[str, ArrayLike]) -> None:
     )
     for name, value in states.items():
         if not isinstance(name, str) or not name:
-            raise InputError(f"the name of a state must be non-empty text; got {shown(name)}")
+            raise InputError(f"the name of a state must be non-empty text; got {value_text(name)}")
         if not isinstance(value, str) or value != "steady":
             check_finite(f"ForceLaw state {name!r}", value, 'finite numbers or "steady"')
 
@@ -119,7 +116,9 @@ def _check_events(events: Sequence[str]) -> None:
     """Raise `InputError` if these are not different names."""
     names = events if isinstance(events, list | tuple) else [None]
     if not all(isinstance(name, str) and name for name in names) or len({*names}) < len(names):
-        raise InputError(f"ForceLaw events must be a list of different names; got {shown(events)}")
+        raise InputError(
+            f"ForceLaw events must be a list of different names; got {value_text(events)}"
+        )
 
 
 @frozen()

@@ -9,8 +9,10 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_finite, check_function, returned
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_finite, check_function
+from flexband.basics.user_functions import evaluate_function
+from flexband.errors import InputError
 from flexband.mechanics.bodies.assumed_strains import AXIAL, GAUSS
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.bodies.properties import Property
@@ -71,7 +73,7 @@ class _At:
     name: str
 
     def __call__(self, time: float) -> np.ndarray:
-        return returned(partial(self.history, self.x), time, f"{self.name} history")
+        return evaluate_function(partial(self.history, self.x), time, f"{self.name} history")
 
 
 @frozen()

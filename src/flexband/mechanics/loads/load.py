@@ -9,7 +9,8 @@ from typing import NamedTuple, Protocol, runtime_checkable
 
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, check_finite
+from flexband.basics.checks import check_finite
+from flexband.errors import InputError
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.contact.friction import FrictionEntry

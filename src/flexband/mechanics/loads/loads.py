@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_finite, check_flag, check_function
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_finite, check_flag, check_function
+from flexband.errors import InputError
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.kernels.forms import Form, TimeFunction, at_point, moves, section_normal

@@ -7,8 +7,9 @@ from typing import ClassVar, cast
 
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_angle, check_finite, check_non_negative
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_angle, check_finite, check_non_negative
+from flexband.errors import InputError
 from flexband.mechanics.joints.joint import Compliance, PointName
 from flexband.mechanics.kernels.forms import Form, angle, length, moves, section_normal, subtract
 from flexband.mechanics.loads.characteristic import Characteristic

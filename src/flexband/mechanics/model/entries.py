@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from flexband.errors import InputError, check_instance
+from flexband.basics.checks import check_instance
+from flexband.errors import InputError
 from flexband.mechanics.joints.joint import Joint
 from flexband.mechanics.loads.contacts import contact_entries
 from flexband.mechanics.loads.load import Entries, Load, LoadModel

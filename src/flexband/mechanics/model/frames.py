@@ -9,7 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, shown
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.mechanics.bodies.body import Body
 from flexband.mechanics.bodies.body import point as ground_point
 from flexband.mechanics.bodies.centre_line import CentreLine
@@ -134,4 +135,4 @@ def within(kind: str, name: str, parts: Mapping[str, object]) -> None:
     """Raise `InputError` if a name is not among the parts of a mechanism."""
     if not isinstance(name, str) or name not in parts:
         there = ", ".join(parts) or "none"
-        raise InputError(f"{kind} {shown(name)} is not in the mechanism; there is {there}")
+        raise InputError(f"{kind} {value_text(name)} is not in the mechanism; there is {there}")

@@ -9,15 +9,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.arguments import Fixed, frozen
-from flexband.errors import (
-    InputError,
-    check_finite,
-    check_instance,
-    check_integer,
-    shown,
-    warn,
-)
+from flexband.basics.arguments import Fixed, frozen
+from flexband.basics.checks import check_finite, check_instance, check_integer
+from flexband.basics.warning import warn
+from flexband.basics.words import value_text, with_article
+from flexband.errors import InputError
 from flexband.mechanics.bodies.body import Body
 from flexband.mechanics.joints.joint import Joint, body_and_point
 from flexband.mechanics.loads.load import Load
@@ -32,7 +28,6 @@ from flexband.mechanics.model.parts import (
     owned_parts,
 )
 from flexband.mechanics.sensors.motion import Sensor
-from flexband.words import with_article
 
 
 @frozen(kw_only=True)
@@ -127,7 +122,7 @@ class Mechanism:
             return
         (owner,) = owners
         body = self.bodies.get(owner)
-        text, kind = " and ".join(map(shown, points)), with_article(type(joint).__name__)
+        text, kind = " and ".join(map(value_text, points)), with_article(type(joint).__name__)
         if not owner:
             raise InputError(f"its points {text} are both of the ground; one must be of a body")
         if body is not None and (len(body.nodes) == 1 or len(set(points)) == 1):

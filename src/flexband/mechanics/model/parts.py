@@ -13,13 +13,14 @@ from typing import ParamSpec, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
-from flexband.arguments import Fixed
-from flexband.errors import InputError, check_each_finite, check_instance, shown
+from flexband.basics.arguments import Fixed
+from flexband.basics.checks import check_each_finite, check_instance
+from flexband.basics.words import number_of, value_text
+from flexband.errors import InputError
 from flexband.mechanics.bodies.body import Body, check_implements
 from flexband.mechanics.kernels.forms import Form, Key, section_normal
 from flexband.mechanics.kernels.state import State
 from flexband.mechanics.loads.load import Entries
-from flexband.words import number_of
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")
@@ -38,7 +39,7 @@ def owned_parts(kinds: str, kind: str, base: type, parts: Mapping[str, Part]) ->
     for name, part in parts.items():
         if not isinstance(name, str) or not name or (kind == "body" and "." in name):
             allowed = "non-empty text" + (" without a dot" if kind == "body" else "")
-            raise InputError(f"the name of a {kind} must be {allowed}; got {shown(name)}")
+            raise InputError(f"the name of a {kind} must be {allowed}; got {value_text(name)}")
         check_implements(f"{kinds}[{name!r}]", part, base, f"a {kind}")
         copies[name] = _copy_data(part)
         if type(part).__module__.startswith("flexband."):  # checked as it is now

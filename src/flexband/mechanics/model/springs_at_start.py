@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.errors import warn
+from flexband.basics.warning import warn
 from flexband.mechanics.kernels.forms import section_normal
 from flexband.mechanics.loads.load import PairLoad
 from flexband.mechanics.model.model import Model

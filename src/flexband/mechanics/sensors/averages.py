@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_numbers
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_numbers
+from flexband.errors import InputError
 from flexband.mechanics.kernels.extremes import KINDS
 from flexband.mechanics.kernels.forms import Form
 from flexband.mechanics.sensors.extremes import OfSensor

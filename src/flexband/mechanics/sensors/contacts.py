@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_flag, check_integer
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_flag, check_integer
+from flexband.errors import InputError
 from flexband.mechanics.kernels.extremes import KINDS
 from flexband.mechanics.kernels.forms import Form
 from flexband.mechanics.sensors.extremes import OverSteps, check_window

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from flexband.arguments import frozen
-from flexband.errors import check_instance
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_instance
 from flexband.mechanics.kernels.extremes import KINDS
 from flexband.mechanics.kernels.forms import Form, Polar, during_impulse
 from flexband.mechanics.sensors.extremes import OverSteps

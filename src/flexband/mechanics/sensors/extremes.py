@@ -9,13 +9,14 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from typing import Any
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_instance, check_numbers
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_instance, check_numbers
+from flexband.basics.words import with_article
+from flexband.errors import InputError
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.kernels.extremes import KINDS
 from flexband.mechanics.kernels.forms import Form
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
-from flexband.words import with_article
 
 
 class OverSteps(Sensor):

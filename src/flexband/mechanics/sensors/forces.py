@@ -7,8 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_instance, check_option
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_instance, check_option
+from flexband.errors import InputError
 from flexband.mechanics.joints.joint import Couple
 from flexband.mechanics.kernels.forms import Form, section_normal
 from flexband.mechanics.sensors.motion import Sensor, SensorModel, VectorSensor

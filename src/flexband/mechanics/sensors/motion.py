@@ -13,7 +13,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
-from flexband.arguments import frozen
+from flexband.basics.arguments import frozen
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.joints.joint import Joint, PointName
 from flexband.mechanics.kernels.forms import Form, Frame, Polar, cross, section_normal

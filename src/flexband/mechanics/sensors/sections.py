@@ -14,13 +14,14 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_finite
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_finite
+from flexband.basics.words import with_article
+from flexband.errors import InputError
 from flexband.mechanics.bodies.centre_line import CentreLine, ElementState
 from flexband.mechanics.bodies.properties import Along, Property
 from flexband.mechanics.kernels.forms import Form
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
-from flexband.words import with_article
 
 
 class LocalSensor(Sensor):

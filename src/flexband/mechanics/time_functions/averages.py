@@ -14,7 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.errors import ResolutionWarning, named, warn
+from flexband.basics.user_functions import function_text
+from flexband.basics.warning import warn
+from flexband.errors import ResolutionWarning
 from flexband.mechanics.time_functions.breakpoints import Breakpoints, BreakpointSearch, few
 from flexband.mechanics.time_functions.evaluation import Evaluation
 
@@ -135,7 +137,8 @@ class Averaging:
         frequency = self._frequency(at, times, int(coarse[:, column].argmax()), column)
         h = times[1] - times[0]
         warn(
-            f"{named(at.function)} has about {frequency:.3g} Hz, which steps of {h:.3g} s do not "
+            f"{function_text(at.function)} has about {frequency:.3g} Hz, which steps of {h:.3g} s "
+            "do not "
             f"resolve: with {1 / (frequency * h):.2g} steps per period the motion may be off by "
             "several per cent, with 30 by less than one",
             ResolutionWarning,
@@ -152,7 +155,7 @@ class Averaging:
 
     def _warn(self, at: Evaluation, times: np.ndarray, peaks: np.ndarray) -> None:
         step, column = np.unravel_index(np.argmax(peaks), peaks.shape)
-        h, name = times[1] - times[0], named(at.function)
+        h, name = times[1] - times[0], function_text(at.function)
         text = f"{name} changes within the step at t = {times[step]:.4g} s"
         if (peaks[:, column] > 0).mean() > 0.5:
             text = f"{name} has about {self._frequency(at, times, int(step), int(column)):.3g} Hz"

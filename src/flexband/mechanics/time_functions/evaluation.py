@@ -7,9 +7,10 @@ from functools import partial
 
 import numpy as np
 
-from flexband.errors import InputError, named, returned_at
+from flexband.basics.user_functions import evaluate_function_each, function_text
+from flexband.basics.words import number_of
+from flexband.errors import InputError
 from flexband.mechanics.kernels.forms import TimeFunction
-from flexband.words import number_of
 
 
 class Evaluation:
@@ -77,7 +78,7 @@ class Evaluation:
         return np.broadcast_to(f, (self.columns, len(times))).T
 
     def _one_by_one(self, times: np.ndarray) -> np.ndarray:
-        rows = map(np.ravel, returned_at(self.function, times.tolist()))
+        rows = map(np.ravel, evaluate_function_each(self.function, times.tolist()))
         return np.array([np.broadcast_to(row, self.columns) for row in rows])
 
     @staticmethod
@@ -110,11 +111,12 @@ def table(
 
 def at_each(function: TimeFunction, samples: int, times: np.ndarray, name: str = "") -> np.ndarray:
     """Return a function of time, called with one time after the other, (times, n) or (times, 1)."""
-    values = returned_at(function, times.tolist(), name)
+    values = evaluate_function_each(function, times.tolist(), name)
     counts = {np.size(v) for v in values if type(v) is not float} - {1}
     if counts - {samples}:
         raise InputError(
-            f"{named(function)} returned {number_of(max(counts), 'value')}; the mechanism has "
+            f"{function_text(function)} returned {number_of(max(counts), 'value')}; the mechanism "
+            "has "
             f"{number_of(samples, 'sample')}"
         )
     if counts:
@@ -122,5 +124,5 @@ def at_each(function: TimeFunction, samples: int, times: np.ndarray, name: str =
     rows = np.array(values, dtype=float).reshape(len(times), -1)
     if not np.all(np.isfinite(rows)):
         bad = times[np.flatnonzero(~np.isfinite(rows).all(axis=1))[0]]
-        raise InputError(f"{named(function)} must be finite; it is not at t = {bad:g} s")
+        raise InputError(f"{function_text(function)} must be finite; it is not at t = {bad:g} s")
     return rows

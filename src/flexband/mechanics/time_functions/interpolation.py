@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, check_finite
+from flexband.basics.checks import check_finite
+from flexband.errors import InputError
 
 
 class PiecewiseLinear:

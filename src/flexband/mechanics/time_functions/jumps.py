@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.errors import InputError, returned_at
+from flexband.basics.user_functions import evaluate_function_each
+from flexband.errors import InputError
 from flexband.mechanics.kernels.forms import TimeFunction
 
 
@@ -53,7 +54,9 @@ def refuse_jumps(name: str, function: TimeFunction, times: np.ndarray, values: n
             if np.abs(ends[1] - ends[0]).max() <= allowed:
                 break
             inner = np.linspace(a, b, search.parts + 1)
-            inner_values = np.array([np.ravel(v) for v in returned_at(function, inner.tolist())])
+            inner_values = np.array(
+                [np.ravel(v) for v in evaluate_function_each(function, inner.tolist())]
+            )
             changes = np.diff(inner_values, axis=0)
             part = np.argmax(np.abs(changes - np.median(changes, axis=0)).max(axis=1))
             (a, b), ends = inner[part : part + 2], inner_values[part : part + 2]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import check_finite, check_positive
+from flexband.basics.checks import check_finite, check_positive
 from flexband.mechanics.kernels.forms import Composed, TimeFunction, during_impulse
 
 

@@ -8,7 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.errors import ResolutionWarning, named, warn
+from flexband.basics.prescribed_motion import prescribing
+from flexband.basics.user_functions import function_text
+from flexband.basics.warning import warn
+from flexband.errors import ResolutionWarning
 from flexband.mechanics.kernels.forms import Composed, TimeFunction, during_impulse
 from flexband.mechanics.time_functions.averages import Averaging, ChordMiss, divisions
 from flexband.mechanics.time_functions.breakpoints import Breakpoints, BreakpointSearch
@@ -24,7 +27,6 @@ from flexband.mechanics.time_functions.schedule import (
     Schedule,
     schedule_rounds,
 )
-from flexband.prescribed_motion import prescribing
 
 
 class FunctionTables(NamedTuple):
@@ -147,7 +149,7 @@ class _Load(_TabulatedFunction):
 
     @property
     def name(self) -> str:
-        return named(self.at.function) if self.at else ""
+        return function_text(self.at.function) if self.at else ""
 
     def points(self, times: np.ndarray, columns: np.ndarray) -> np.ndarray:
         return self.at.points(times, columns) if self.at else np.zeros(len(times))
@@ -252,7 +254,7 @@ class _Drive(_TabulatedFunction):
 
     @property
     def name(self) -> str:
-        return named(self.motion.at.function)
+        return function_text(self.motion.at.function)
 
     def points(self, times: np.ndarray, columns: np.ndarray) -> np.ndarray:
         f = self.motion.at.points(times, columns)

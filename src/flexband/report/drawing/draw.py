@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextPath
 
-from flexband.errors import check_flag, check_instance
+from flexband.basics.checks import check_flag, check_instance
 from flexband.mechanics.model.mechanism import Mechanism
 from flexband.report.drawing.canvas import COLORS, Lettering
 from flexband.report.drawing.sheet import AFTER, BEFORE, POINTS_PER_INCH, Sheet, draw_on, sheet_for

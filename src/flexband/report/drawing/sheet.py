@@ -7,7 +7,8 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from flexband.errors import AssemblyError, warn
+from flexband.basics.warning import warn
+from flexband.errors import AssemblyError
 from flexband.mechanics.configuration import (
     Configuration,
     assembled_configuration,

@@ -9,11 +9,11 @@ import xarray as xr
 
 from flexband.analysis.results import ERRORS
 from flexband.analysis.selection import AnySurrogate
+from flexband.basics.rounding import unit_of_variable
 from flexband.report.page.arrays import JsonRecord, pack
 from flexband.report.text.drawable import drawable_outputs, series
 from flexband.report.text.numbers import number
 from flexband.report.text.tables import Table, deviations, outputs_of, select, unit_of
-from flexband.rounding import unit_of_variable
 from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 

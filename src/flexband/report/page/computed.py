@@ -5,9 +5,9 @@ from __future__ import annotations
 import xarray as xr
 
 from flexband.analysis.results import AnswerRecord
+from flexband.basics.words import number_of
 from flexband.report.page.arrays import JsonRecord
 from flexband.uncertainty.surrogates.bands import BandRecord
-from flexband.words import number_of
 
 
 def heading(given: JsonRecord, bands: xr.Dataset) -> str:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from flexband.analysis.resampling import OverOutput
 from flexband.analysis.selection import surrogates_of
 from flexband.analysis.verification.expanded_runs import as_expanded
-from flexband.errors import warn, without_warnings
+from flexband.basics.warning import warn, without_warnings
 from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.response import SensorResponse
 from flexband.report.drawing.pictures import fields_picture, mechanism_picture
@@ -31,7 +31,7 @@ from flexband.uncertainty.inputs.unfolding import first_case
 
 if TYPE_CHECKING:
     from flexband.analysis.selection import AnySurrogate
-    from flexband.response import ResponseFunction
+    from flexband.basics.response import ResponseFunction
 
 
 def given_by(

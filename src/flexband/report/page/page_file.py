@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from flexband.computation import NUMBERING, check_numbering
+from flexband.basics.computation import NUMBERING, check_numbering
+from flexband.basics.files import read_json, write_json
 from flexband.errors import InputError
 from flexband.execution.names import WRITTEN_BY_RUN, FileName
-from flexband.files import read_json, write_json
 from flexband.report.page.arrays import JsonRecord
 from flexband.requirements.verdict import RequirementVerdict
 from flexband.study.folder import StudyFolder

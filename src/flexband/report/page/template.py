@@ -17,8 +17,8 @@ from typing import Any
 import jinja2
 from markupsafe import Markup
 
+from flexband.basics.files import replaced
 from flexband.errors import InputError
-from flexband.files import replaced
 from flexband.report.text.numbers import with_minus
 
 ASSETS = resources.files("flexband.report.page").joinpath("assets")

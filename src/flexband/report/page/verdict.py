@@ -11,6 +11,8 @@ import xarray as xr
 from flexband.analysis.limits.least_margin import MarginRecord
 from flexband.analysis.limits.verdicts import LimitCheck, largest_around
 from flexband.analysis.probability.texts import chance, share_in_words
+from flexband.basics.rounding import unit_of_variable
+from flexband.basics.words import number_of
 from flexband.report.page.inputs import mean_share_text
 from flexband.report.text import tables
 from flexband.report.text.doubts import doubt_line, doubt_text
@@ -18,10 +20,8 @@ from flexband.report.text.numbers import number
 from flexband.report.text.parts import horizon_line
 from flexband.report.text.verdicts import RANDOM_SAMPLES
 from flexband.requirements.requirement import with_unit
-from flexband.rounding import unit_of_variable
 from flexband.study.results.reliability import Doubt
 from flexband.study.results.result import StudyResult
-from flexband.words import number_of
 
 
 def uncertain_ones(contributions: xr.Dataset | None, inputs: tables.Table) -> xr.Dataset | None:

@@ -6,7 +6,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from flexband.errors import InputError, check_option
+from flexband.basics.checks import check_option
+from flexband.errors import InputError
 from flexband.report.plot.margins import each_limit
 from flexband.report.plot.series import label, legend_above, literal, output_of, variable_of
 from flexband.report.plot.style import LINES, MIDDLE, axes_of, shades

@@ -8,7 +8,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 
-from flexband.errors import InputError, check_instance
+from flexband.basics.checks import check_instance
+from flexband.basics.rounding import unit_of_variable
+from flexband.errors import InputError
 from flexband.report.plot.series import (
     deviation,
     fill,
@@ -22,7 +24,6 @@ from flexband.report.plot.series import (
 from flexband.report.plot.style import DARK, LIGHT, LINES, MIDDLE, axes_of
 from flexband.report.text.drawable import series
 from flexband.report.text.numbers import percent
-from flexband.rounding import unit_of_variable
 
 
 def bands(bands: xr.Dataset, output: str | None = None, *, ax: Axes | None = None) -> Axes:

@@ -11,7 +11,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.ticker import FormatStrFormatter, LogLocator
 
-from flexband.errors import InputError, check_option, shown
+from flexband.basics.checks import check_option
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.report.plot.series import label, literal, output_of, with_bounds
 from flexband.report.plot.style import LINES, axes_of
 from flexband.report.text.drawable import series
@@ -43,7 +45,9 @@ def comparison(
         If `results` has none or others than results of `propagate`, or no such output.
     """
     if not isinstance(results, Mapping) or not results:
-        raise InputError(f"results must map names to results of propagate; got {shown(results)}")
+        raise InputError(
+            f"results must map names to results of propagate; got {value_text(results)}"
+        )
     all_bounds = {
         str(k): with_bounds(f"results[{k!r}]", bands, variable, "propagate")
         for k, bands in results.items()
@@ -84,7 +88,7 @@ def errors(
     """
     markers = "osD^v<>"
     if not isinstance(results, list | tuple) or not all(isinstance(r, Comparison) for r in results):
-        raise InputError(f"results must be those of compare; got {shown(results)}")
+        raise InputError(f"results must be those of compare; got {value_text(results)}")
     compared: list[Any] = [result for result in results if result.errors]
     check_option("variable", variable, NAMES)
     if not compared:

@@ -8,7 +8,9 @@ from itertools import cycle
 import numpy as np
 from matplotlib.axes import Axes
 
-from flexband.errors import InputError, check_instance, check_option, shown
+from flexband.basics.checks import check_instance, check_option
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.report.drawing.pictures import ALONG, field_series
 from flexband.report.plot.series import legend_above, literal
 from flexband.report.plot.style import LINES, MIDDLE, axes_of
@@ -69,7 +71,7 @@ def variance_error(
         or not fields
         or not all(isinstance(random_field, RandomField) for random_field in fields.values())
     ):
-        raise InputError(f"fields must map names to random fields; got {shown(fields)}")
+        raise InputError(f"fields must map names to random fields; got {value_text(fields)}")
     drawn = {}
     for name, random_field in fields.items():
         x = np.linspace(*random_field.located, 501)

@@ -11,7 +11,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from flexband.errors import InputError, check_flag
+from flexband.basics.checks import check_flag
+from flexband.basics.rounding import unit_of_variable
+from flexband.errors import InputError
 from flexband.report.plot.series import (
     SYMBOLS,
     TITLE,
@@ -22,7 +24,6 @@ from flexband.report.plot.series import (
 )
 from flexband.report.plot.style import LINES, axes_of
 from flexband.report.text.numbers import number
-from flexband.rounding import unit_of_variable
 
 
 def margins(found: xr.Dataset, *, closest: bool = False, ax: Axes | None = None) -> Axes:

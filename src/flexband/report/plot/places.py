@@ -7,12 +7,13 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 
-from flexband.errors import InputError, shown
+from flexband.basics.rounding import unit_of_variable
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.mechanics.model.mechanism import Mechanism
 from flexband.report.drawing.draw import draw
 from flexband.report.plot.series import literal, with_unit
 from flexband.report.plot.style import LIGHT, LINES, MIDDLE, axes_of
-from flexband.rounding import unit_of_variable
 
 
 def mechanism(
@@ -65,7 +66,7 @@ def path(found: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     """
     max_drawn = 400  # regions in a figure
     if not isinstance(found, xr.Dataset) or not {"x", "y", "x_nominal", "y_nominal"} <= set(found):
-        raise InputError(f"found must be a result of path; got {shown(found)}")
+        raise InputError(f"found must be a result of path; got {value_text(found)}")
     vertices = np.stack([found[name].transpose("vertex", ...).values.T for name in "xy"], axis=-1)
     some = vertices[:: max(1, len(vertices) // max_drawn)]
     ax = axes_of(ax)

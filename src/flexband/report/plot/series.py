@@ -10,9 +10,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.typing import ColorType
 
-from flexband.errors import InputError, check_instance, shown
+from flexband.basics.checks import check_instance
+from flexband.basics.rounding import unit_of_variable
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.report.text.tables import deviations, outputs_of, select
-from flexband.rounding import unit_of_variable
 
 SYMBOLS = {"time": "$t$"}
 """Of dimensions."""
@@ -24,7 +26,7 @@ TITLE = 68
 def variable_of(name: str, result: Any, variable: str, of: str) -> xr.DataArray:
     """Return a variable of a dataset; raise `InputError` if it is no result of `of`."""
     if not isinstance(result, xr.Dataset) or variable not in result:
-        raise InputError(f"{name} must be a result of {of}; got {shown(result)}")
+        raise InputError(f"{name} must be a result of {of}; got {value_text(result)}")
     return result[variable]
 
 
@@ -50,7 +52,7 @@ def output_of(data: xr.DataArray, output: str | None) -> str:
         return names[0]
     if not isinstance(output, str) or output not in names:
         allowed = ", ".join(map(repr, names))
-        raise InputError(f"output must be one of {allowed}; got {shown(output)}")
+        raise InputError(f"output must be one of {allowed}; got {value_text(output)}")
     return output
 
 

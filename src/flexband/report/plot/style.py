@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib import colormaps, rc_context
 from matplotlib.axes import Axes
 
-from flexband.errors import check_instance, check_integer, check_positive
+from flexband.basics.checks import check_instance, check_integer, check_positive
 
 LIGHT, MIDDLE, DARK = "#d3e4f3", "#5b9bd0", "#10416f"
 """Of the error bar, the mean, and its edges: their lightness falls in this order."""

@@ -7,12 +7,12 @@ from typing import Any
 
 import xarray as xr
 
+from flexband.basics.words import number_of
 from flexband.report.text.numbers import number, percent
 from flexband.study.results.shortfall import Shortfall, shortfalls
 from flexband.study.start_vibrations import of_attributes
 from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.unconverged import INTEGRATION, why_not_finer
-from flexband.words import number_of
 
 
 def advice_on(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:

@@ -6,11 +6,11 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.results import AnswerRecord
+from flexband.basics.rounding import Units, unit_of_variable
+from flexband.basics.words import number_of
 from flexband.report.text.numbers import number
 from flexband.report.text.tables import Table
-from flexband.rounding import Units, unit_of_variable
 from flexband.uncertainty.surrogates.axes import names_of_outputs
-from flexband.words import number_of
 
 
 def horizon_line(parts: xr.Dataset, most: int = 3) -> str:

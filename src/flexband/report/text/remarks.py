@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from flexband.basics.words import number_of
 from flexband.remarks.collection import CollectedRemark
 from flexband.requirements.verdict import Reason, RequirementVerdict
-from flexband.words import number_of
 
 
 def remark_line(remark: CollectedRemark) -> str:

@@ -8,9 +8,10 @@ from typing import TypeVar
 import numpy as np
 import xarray as xr
 
+from flexband.basics.rounding import ROUNDING, rounding_levels, unit_of_variable
+from flexband.basics.words import number_of
 from flexband.report.text.advice import advice_on
 from flexband.report.text.numbers import digits_for, number, percent
-from flexband.rounding import ROUNDING, rounding_levels, unit_of_variable
 from flexband.study.comparison import Comparison
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.surrogates.axes import axes_of
@@ -18,7 +19,6 @@ from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.diagnostics import unseen_share
 from flexband.uncertainty.surrogates.sigmas import bars_vary, relative_errors, with_relative_errors
 from flexband.uncertainty.surrogates.verdicts import Confirmation, VerificationRecord
-from flexband.words import number_of
 
 Table = tuple[list[str], list[list[str]]]
 """A header and rows."""

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexband.basics.files import replaced
 from flexband.errors import InputError
-from flexband.files import replaced
 
 
 def column_names(labels: xr.DataArray) -> list[str]:

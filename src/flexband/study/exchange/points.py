@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from flexband.basics.files import read_unlinked, replaced
 from flexband.errors import InputError, RunsNeeded, StoreError
 from flexband.execution.names import FileName
-from flexband.files import read_unlinked, replaced
 from flexband.study.exchange.columns import column_names, read_csv, write_csv
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.evaluation import align_batch

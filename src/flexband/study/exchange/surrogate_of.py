@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, check_instance, check_integer, shown
+from flexband.basics.checks import check_instance, check_integer
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.study.exchange.tables import Columns, columns_of, inputs_and_response
 from flexband.uncertainty.inputs.choices import Chosen
 from flexband.uncertainty.inputs.fields.field import Field
@@ -72,11 +74,11 @@ def surrogate_of(
     check_instance("units", units, Mapping | None, "a dict of names and units")
     names = [] if outputs is None else outputs
     if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
-        raise InputError(f"outputs must be a list of names; got {shown(outputs)}")
+        raise InputError(f"outputs must be a list of names; got {value_text(outputs)}")
     seed = check_integer("seed", seed, 0)
     for name, input_ in inputs.items():
         if isinstance(input_, Field):
-            raise InputError(f"{name} must be a number for each row; got {shown(input_)}")
+            raise InputError(f"{name} must be a number for each row; got {value_text(input_)}")
     columns = columns_of(table, set(inputs), outputs, units or {})
     known, response = inputs_and_response(columns, inputs, outputs, time)
     surrogates = {

@@ -12,7 +12,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from flexband.errors import InputError, shown
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.execution.names import RunStatus
 from flexband.execution.store import open_runs
 from flexband.study.exchange.columns import read_csv
@@ -35,7 +36,7 @@ def columns_of(
         if not isinstance(table, Mapping | pd.DataFrame):
             raise InputError(
                 "table must be a path, a DataFrame, a Dataset or a mapping of columns; "
-                f"got {shown(table)}"
+                f"got {value_text(table)}"
             )
         columns, column_units = {}, {}
         for header in table:

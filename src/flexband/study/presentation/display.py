@@ -10,10 +10,12 @@ from typing import Any, TypeVar
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, check_instance, check_option, shown
+from flexband.basics.checks import check_instance, check_option
+from flexband.basics.rounding import rounding_attributes, rounding_levels, unit_of_variable
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.requirements.requirement import Requirement
 from flexband.requirements.units import factor, unit_of
-from flexband.rounding import rounding_attributes, rounding_levels, unit_of_variable
 from flexband.uncertainty.inputs.correlated import Correlated
 
 Data = TypeVar("Data", xr.DataArray, xr.Dataset)
@@ -63,7 +65,7 @@ class Display:
             if name in names and not units.get(name):
                 raise InputError(
                     f"{_label(name)} requires units[{name!r}], the unit of the number that the "
-                    f"builder takes; got {shown(unit)} alone"
+                    f"builder takes; got {value_text(unit)} alone"
                 )
             display.scale(name)
         return display
@@ -88,12 +90,14 @@ class Display:
         self, requirements: Sequence[Requirement], labels: xr.DataArray
     ) -> list[Requirement]:
         """Return requirements with their numbers in the display units of their outputs."""
-        shown, units = [], names_and_units(labels)
+        value_text, units = [], names_and_units(labels)
         for requirement in requirements:
             name = requirement.output or ONLY_OUTPUT
             known = name in self.chosen and units.get(name)
-            shown.append(requirement.in_unit(self.chosen[name], known) if known else requirement)
-        return shown
+            value_text.append(
+                requirement.in_unit(self.chosen[name], known) if known else requirement
+            )
+        return value_text
 
     def scale(self, name: str) -> float:
         """Return by what values of an input are multiplied to be shown."""

@@ -7,7 +7,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from flexband.errors import InputError, check_instance, shown
+from flexband.basics.checks import check_instance
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 
 FIELDS = {
     "title": "title",
@@ -26,9 +28,9 @@ def checked_title_block(name: str, given: Any) -> dict[str, str]:
     check_instance(name, given, Mapping, 'names with texts, such as {"author": "A. Weber"}')
     for field, value in given.items():
         if field not in FIELDS:
-            raise InputError(f"{name} must have {', '.join(FIELDS)} alone; got {shown(field)}")
+            raise InputError(f"{name} must have {', '.join(FIELDS)} alone; got {value_text(field)}")
         if isinstance(value, Mapping | list | bool):
-            raise InputError(f"{name}[{field!r}] must be a text; got {shown(value)}")
+            raise InputError(f"{name}[{field!r}] must be a text; got {value_text(value)}")
     return {field: str(given[field]) for field in FIELDS if field in given}
 
 

@@ -13,10 +13,10 @@ from typing import NamedTuple
 
 import xarray as xr
 
-from flexband.computation import OutdatedError
+from flexband.basics.computation import OutdatedError
+from flexband.basics.files import try_write
 from flexband.errors import InputError
 from flexband.execution.names import ANSWERS
-from flexband.files import try_write
 from flexband.study.results.netcdf import read_netcdf, write_netcdf
 
 STALE = "stale"

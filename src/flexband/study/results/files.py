@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
+from flexband.basics.files import try_write
 from flexband.errors import InputError
 from flexband.execution.names import FileName
-from flexband.files import try_write
 from flexband.study.folder import StudyFolder
 from flexband.study.results.answers import mark_stale, stale_files
 from flexband.study.results.netcdf import write_netcdf

@@ -15,7 +15,7 @@ from flexband.analysis.limits.production import production_of
 from flexband.analysis.limits.verdicts import LimitCheck
 from flexband.analysis.probability.failure import RUNS, limit_probabilities
 from flexband.analysis.selection import AnySurrogate, surrogates_of
-from flexband.files import try_write
+from flexband.basics.files import try_write
 from flexband.requirements.criteria import Probability, ShareOfParts
 from flexband.requirements.requirement import Requirement, by_name
 from flexband.requirements.scatter import Scatter

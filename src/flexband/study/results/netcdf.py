@@ -13,9 +13,9 @@ import numpy as np
 import xarray as xr
 from xarray.backends import ScipyDataStore
 
-from flexband.computation import NUMBERING, check_numbering
+from flexband.basics.computation import NUMBERING, check_numbering
+from flexband.basics.files import checksum, read_unlinked, replaced
 from flexband.errors import InputError
-from flexband.files import checksum, read_unlinked, replaced
 
 SEAL, DIGITS = b"\nCRC-32C ", 8
 """What stands behind the data of a file, before the digits of its checksum."""

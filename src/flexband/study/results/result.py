@@ -12,7 +12,8 @@ import xarray as xr
 from flexband.analysis.limits.least_margin import MarginRecord
 from flexband.analysis.limits.verdicts import LimitCheck, requirement_verdicts, uncertain_inputs
 from flexband.analysis.selection import AnySurrogate
-from flexband.errors import InputError, StoreError, warn
+from flexband.basics.warning import warn
+from flexband.errors import InputError, StoreError
 from flexband.execution.names import WRITTEN_BY_RUN, FileName
 from flexband.remarks.collection import CollectedRemark, remarks_of
 from flexband.requirements.verdict import RequirementVerdict

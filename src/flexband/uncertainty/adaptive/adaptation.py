@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from flexband.basics.progress import listener
 from flexband.errors import InputError, RunError
-from flexband.progress import listener
 from flexband.uncertainty.adaptive.choice import BestFits, release
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import BATCH, PartsFit, Split, compared_times

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from flexband.rounding import ROUNDING, Units
+from flexband.basics.rounding import ROUNDING, Units
 from flexband.uncertainty.adaptive.choice import BestFits
 from flexband.uncertainty.expansions.expansion import (
     SIGMAS,

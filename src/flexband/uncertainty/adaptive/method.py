@@ -4,16 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.arguments import frozen
-from flexband.errors import (
-    InputError,
-    ToleranceWarning,
-    check_flag,
-    check_integer,
-    check_numbers,
-    check_positive,
-    warn,
-)
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_flag, check_integer, check_numbers, check_positive
+from flexband.basics.warning import warn
+from flexband.basics.words import number_of
+from flexband.errors import InputError, ToleranceWarning
 from flexband.uncertainty.adaptive.adaptation import Adaptation, StopReason
 from flexband.uncertainty.adaptive.interpolation import fewest_fitted
 from flexband.uncertainty.adaptive.refinement.correction import ExtrapolationOptions
@@ -25,7 +20,6 @@ from flexband.uncertainty.methods.method import Evaluate, ExpansionMethod
 from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import in_percent
-from flexband.words import number_of
 
 
 @frozen()

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from flexband.basics.progress import listener
 from flexband.errors import AssemblyError, InputError, RunError
-from flexband.progress import listener
 from flexband.uncertainty.adaptive.adaptation import Adaptation
 from flexband.uncertainty.adaptive.refinement.correction import CorrectedPart
 from flexband.uncertainty.methods.method import Evaluate

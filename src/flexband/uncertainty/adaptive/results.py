@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import warn
+from flexband.basics.warning import warn
+from flexband.basics.words import number_of
 from flexband.uncertainty.adaptive.adaptation import Adaptation, StopReason
 from flexband.uncertainty.adaptive.choice import in_place_of_runs
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
@@ -28,7 +29,6 @@ from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.unconverged import INTEGRATION, in_words, why_not_finer
 from flexband.uncertainty.surrogates.verdicts import in_percent
-from flexband.words import number_of
 
 
 def surrogate_of(course: Adaptation) -> Surrogate:

@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from flexband.basics.words import number_of
 from flexband.errors import RunError
 from flexband.uncertainty.methods.method import Evaluate
 from flexband.uncertainty.surrogates.axes import series
-from flexband.words import number_of
 
 MIN_HELD = 2
 """Fewest runs that are held out."""

@@ -8,8 +8,8 @@ from collections.abc import Container, Iterator
 
 import numpy as np
 
+from flexband.basics.words import number_of
 from flexband.errors import InputError
-from flexband.words import number_of
 
 Orders = tuple[int, ...]
 """The order of a term in each variable, interval variables first."""

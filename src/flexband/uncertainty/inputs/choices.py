@@ -8,18 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from flexband.arguments import frozen
-from flexband.errors import (
-    InputError,
-    check_finite,
-    check_non_negative,
-    check_positive,
-    check_spread,
-    shown,
-)
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_finite, check_non_negative, check_positive, check_spread
+from flexband.basics.words import number_of, value_text
+from flexband.errors import InputError
 from flexband.uncertainty.inputs.constants import is_number
 from flexband.uncertainty.inputs.inputs import Input, Interval
-from flexband.words import number_of
 
 
 @frozen(init=False)
@@ -58,10 +52,10 @@ class Choice:
         texts = all(isinstance(option, str) for option in options)
         if len(options) < 2 or not (texts or all(map(is_number, options))):
             raise InputError(
-                f"Choice options must be two or more texts, or numbers; got {shown(options)}"
+                f"Choice options must be two or more texts, or numbers; got {value_text(options)}"
             )
         if len(set(options)) < len(options):
-            raise InputError(f"Choice options must differ; got {shown(options)}")
+            raise InputError(f"Choice options must differ; got {value_text(options)}")
         object.__setattr__(self, "options", tuple(options))
         object.__setattr__(self, "probabilities", _check_probabilities(options, probabilities))
 
@@ -82,10 +76,12 @@ def _check_probabilities(
     if values.shape != (len(options),):
         raise InputError(
             f"{name} must have a number for each of {number_of(len(options), 'option')}; "
-            f"got {shown(given)}"
+            f"got {value_text(given)}"
         )
     if abs(values.sum() - 1) > most_off:
-        raise InputError(f"{name} must add up to 1; got {shown(given)}, which are {values.sum():g}")
+        raise InputError(
+            f"{name} must add up to 1; got {value_text(given)}, which are {values.sum():g}"
+        )
     return tuple((values / values.sum()).tolist())
 
 

@@ -20,8 +20,10 @@ import scipy
 from numpy.polynomial import polynomial
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_finite, check_option, shown
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_finite, check_option
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.uncertainty.inputs.distribution import Distribution, FrozenDistribution
 from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
 from flexband.uncertainty.inputs.fields.field import Field
@@ -65,7 +67,7 @@ class Correlated:
         named = {name: _member(name, member) for name, member in given.items()}
         if len(named) < 2:
             raise InputError(
-                f"Correlated inputs must be a dict of two or more; got {shown(self.inputs)}"
+                f"Correlated inputs must be a dict of two or more; got {value_text(self.inputs)}"
             )
         check_option("Correlated of", self.of, ("values", "ranks", "scores"))
         object.__setattr__(self, "inputs", named)
@@ -132,7 +134,7 @@ def _member(name: str, member: Distribution | FrozenDistribution) -> Distributio
             "independent fields f and g: r f + √(1 − r²) g has the correlation r with f"
         )
     if not isinstance(distribution, Distribution):
-        raise InputError(f"{label} must be {allowed}; got {shown(distribution)}")
+        raise InputError(f"{label} must be {allowed}; got {value_text(distribution)}")
     return distribution
 
 

@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, ClassVar, Protocol, Self
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from flexband.errors import InputError, check_numbers, check_positive, check_spread, warn
+from flexband.basics.checks import check_numbers, check_positive, check_spread
+from flexband.basics.warning import warn
+from flexband.errors import InputError
 from flexband.uncertainty.expansions.densities import DensityPolynomials
 from flexband.uncertainty.expansions.families import HERMITE, Family, Hermite
 from flexband.uncertainty.inputs.constants import is_number

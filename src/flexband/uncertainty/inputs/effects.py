@@ -16,7 +16,7 @@ from types import FunctionType
 
 import numpy as np
 
-from flexband.response import ResponseFunction
+from flexband.basics.response import ResponseFunction
 from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Space

@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from flexband.basics.words import number_of
 from flexband.errors import InputError, RunError
 from flexband.uncertainty.inputs.space import Space, error_words
-from flexband.words import number_of
 
 RESERVED = ("bound", "choice", "input", "variable")
 """Dims of results, which a response cannot have."""

@@ -13,8 +13,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_non_negative, check_numbers, check_spread
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_non_negative, check_numbers, check_spread
+from flexband.errors import InputError
 from flexband.uncertainty.expansions.families import HERMITE, Family
 
 FunctionOfPosition = Callable[[np.ndarray], np.ndarray]

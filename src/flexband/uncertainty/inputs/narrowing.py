@@ -7,7 +7,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from flexband.errors import InputError, shown
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.uncertainty.expansions.bounds.discs import farthest
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.substitution import (
@@ -169,7 +170,7 @@ def _new(name: str, change: GivenInput) -> Input:
     allowed = "a number or an input of the old kind"
     new = checked_input(name, change, allowed)
     if new.intervals:
-        raise InputError(f"{name} must be {allowed}; got {shown(change)}")
+        raise InputError(f"{name} must be {allowed}; got {value_text(change)}")
     return new
 
 
@@ -183,7 +184,7 @@ def _substitutions(old: Input, new: Input, *, keeps: bool) -> list[Placed]:
         return [_of_interval(old, new, keeps=keeps)]
     if isinstance(old, RandomOption):
         if not isinstance(new, Constant):
-            raise InputError(f"must be one of its options; got {shown(new)}")
+            raise InputError(f"must be one of its options; got {value_text(new)}")
         xi = float(old.standard(new.constant)[0, 0])
         return [(fixed_random(old.family, xi), xi, 0.0)]
     if isinstance(old, FreePair):
@@ -192,12 +193,12 @@ def _substitutions(old: Input, new: Input, *, keeps: bool) -> list[Placed]:
         return [_of_distribution(old, new)]
     if isinstance(old, RandomField) and isinstance(new, RandomField):
         return _of_field(old, new)
-    raise InputError(f"{type(old).__name__} cannot be narrowed to {shown(new)}")
+    raise InputError(f"{type(old).__name__} cannot be narrowed to {value_text(new)}")
 
 
 def _of_interval(old: Interval | Chosen, new: Input, *, keeps: bool) -> Placed:
     if not isinstance(new, Constant | Interval):
-        raise InputError(f"must be a number or an Interval within {old!r}; got {shown(new)}")
+        raise InputError(f"must be a number or an Interval within {old!r}; got {value_text(new)}")
     low, high = old.standard(new.value(np.array([[-1.0], [1.0]])))
     center, radius = (low + high) / 2, (high - low) / 2
     if not (new.dimension or keeps):
@@ -209,13 +210,17 @@ def _of_pair(old: FreePair, new: Input) -> list[Placed]:
     alike = type(new) is type(old) and new.with_tolerance(1.0) == old.with_tolerance(1.0)
     ratio = new.tolerance_or_std / old.size
     if not alike or ratio > 1 + ROUNDING:
-        raise InputError(f"must be {old!r} or one of a smaller {old.size_name}; got {shown(new)}")
+        raise InputError(
+            f"must be {old!r} or one of a smaller {old.size_name}; got {value_text(new)}"
+        )
     return [(interval_part(0.0, ratio), 0.0, ratio)] * 2
 
 
 def _of_distribution(old: Distribution, new: Input) -> Placed:
     if not isinstance(new, Constant | Distribution):
-        raise InputError(f"must be a number or a distribution within {old!r}; got {shown(new)}")
+        raise InputError(
+            f"must be a number or a distribution within {old!r}; got {value_text(new)}"
+        )
     clause = "its 3σ range ends" if new.dimension else "it is"
     reach = np.array([-COVERED, COVERED])
     ends = new.at_normal(reach) if isinstance(new, Distribution) else new.value(reach[:, None])

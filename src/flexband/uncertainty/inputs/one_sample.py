@@ -9,9 +9,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, RunError, without_warnings
-from flexband.progress import RunListener, listening
-from flexband.response import Response
+from flexband.basics.progress import RunListener, listening
+from flexband.basics.response import Response
+from flexband.basics.warning import without_warnings
+from flexband.errors import InputError, RunError
 from flexband.uncertainty.inputs.inputs import FunctionOfPosition
 
 Arguments = Mapping[str, np.ndarray | FunctionOfPosition]

@@ -9,8 +9,9 @@ from typing import ClassVar, Self
 import numpy as np
 from scipy.special import ndtr
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_flag, check_numbers, check_option, check_positive
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_flag, check_numbers, check_option, check_positive
+from flexband.errors import InputError
 from flexband.uncertainty.expansions.bounds.discs import RADIUS, farthest
 from flexband.uncertainty.inputs.inputs import Input, Interval
 

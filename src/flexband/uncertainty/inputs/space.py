@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import solve_triangular
 
-from flexband.errors import InputError, RunError, check_finite, shown
-from flexband.response import Response, ResponseFunction, as_response
+from flexband.basics.checks import check_finite
+from flexband.basics.response import Response, ResponseFunction, as_response
+from flexband.basics.words import value_text
+from flexband.errors import InputError, RunError
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import tensor_points
 from flexband.uncertainty.inputs.choices import Chosen
@@ -219,7 +221,7 @@ class Space:
         """
         for name, constant in self.constants.items():
             if name in values and np.any(np.asarray(values[name]) != constant.constant):
-                given = shown(values[name])
+                given = value_text(values[name])
                 raise InputError(f"{name} must be the constant {constant!r}; got {given}")
         values = {k: v for k, v in values.items() if k not in self.constants}
         needed = self.uncertain
@@ -264,7 +266,7 @@ def _standard(name: str, input_: Input, value: ArrayLike) -> np.ndarray:
     if columns.shape[1] != input_.dimension:
         raise InputError(f"{name}: values must have shape (n,); got {np.shape(value)}")
     if not np.isfinite(columns).all():
-        raise InputError(f"{name}: values must be finite; got {shown(value)}")
+        raise InputError(f"{name}: values must be finite; got {value_text(value)}")
     return columns
 
 
@@ -278,7 +280,7 @@ def check_names(response: ResponseFunction, inputs: GivenInputs) -> None:
     """Raise `InputError` if the response's arguments and the inputs do not match."""
     space = Space(first_case(inputs))
     if not space.uncertain:
-        raise InputError(f"inputs must name at least one uncertain input; got {shown(inputs)}")
+        raise InputError(f"inputs must name at least one uncertain input; got {value_text(inputs)}")
     names = space.arguments
     if isinstance(response, np.ufunc):
         ufunc, arguments = response.__name__, ", ".join(names)

@@ -8,7 +8,9 @@ from itertools import product
 
 import numpy as np
 
-from flexband.errors import InputError, check_instance, shown
+from flexband.basics.checks import check_instance
+from flexband.basics.words import number_of, value_text
+from flexband.errors import InputError
 from flexband.uncertainty.inputs.choices import Choice
 from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.correlated import Correlated
@@ -17,7 +19,6 @@ from flexband.uncertainty.inputs.distributions.random_option import RandomOption
 from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
 from flexband.uncertainty.inputs.inputs import Input
 from flexband.uncertainty.inputs.pbox import PBox
-from flexband.words import number_of
 
 GivenInput = Input | Choice | Correlated | FrozenDistribution | float | np.number
 """What stands among the inputs of a study; a number is a constant."""
@@ -69,7 +70,7 @@ def checked_input(label: str, value: GivenInput, allowed: str) -> Input:
     if is_number(input_):
         return Constant(input_)
     if not isinstance(input_, Input):
-        raise InputError(f"{label} must be {allowed}; got {shown(value)}")
+        raise InputError(f"{label} must be {allowed}; got {value_text(value)}")
     return input_
 
 

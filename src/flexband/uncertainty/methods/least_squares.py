@@ -8,8 +8,10 @@ from dataclasses import field
 import numpy as np
 import xarray as xr
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, RunError, check_flag, check_integer, check_numbers
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_flag, check_integer, check_numbers
+from flexband.basics.words import are, number_of
+from flexband.errors import InputError, RunError
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.families import existing_terms
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
@@ -32,7 +34,6 @@ from flexband.uncertainty.surrogates.diagnostics import (
     unseen_steps,
 )
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-from flexband.words import are, number_of
 
 
 @frozen()

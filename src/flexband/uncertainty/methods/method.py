@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexband.basics.response import Description
+from flexband.basics.words import number_of
 from flexband.errors import InputError
-from flexband.response import Description
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.diagnostics import Quantities
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-from flexband.words import number_of
 
 MAX_RUNS = 1_000_000
 """Runs that a method may take if nothing else is said."""

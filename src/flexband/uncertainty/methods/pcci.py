@@ -9,8 +9,9 @@ from dataclasses import field, replace
 import numpy as np
 import xarray as xr
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_flag, check_integer
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_flag, check_integer
+from flexband.errors import InputError
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.polynomials import chebyshev_zeros, scaled_chebyshev_zeros

@@ -8,8 +8,9 @@ from dataclasses import field
 import numpy as np
 import xarray as xr
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_flag, check_numbers
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_flag, check_numbers
+from flexband.errors import InputError
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.hybrid import (
     HybridExpansion,

@@ -8,8 +8,10 @@ import numpy as np
 import xarray as xr
 from scipy.special import ndtri
 
-from flexband.arguments import frozen
-from flexband.errors import RunError, check_integer
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_integer
+from flexband.basics.words import number_of
+from flexband.errors import RunError
 from flexband.uncertainty.expansions.bounds.discs import in_discs
 from flexband.uncertainty.expansions.expansion import SIGMAS, Extremes
 from flexband.uncertainty.expansions.hybrid import tensor_points
@@ -17,7 +19,6 @@ from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_nor
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import Evaluate, Method
 from flexband.uncertainty.surrogates.bands import bands, with_names_and_units
-from flexband.words import number_of
 
 
 @dataclass(frozen=True)

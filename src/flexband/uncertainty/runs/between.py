@@ -10,12 +10,13 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, RunError, warn
+from flexband.basics.warning import warn
+from flexband.basics.words import number_of
+from flexband.errors import InputError, RunError
 from flexband.uncertainty.inputs.sampling import points_at_ends
 from flexband.uncertainty.runs.runs import CountedRuns
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.bands import BandRecord
-from flexband.words import number_of
 
 
 def between_times(

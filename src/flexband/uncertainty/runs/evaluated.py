@@ -11,14 +11,15 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexband.basics.response import Response
+from flexband.basics.rounding import largest_of
+from flexband.basics.words import number_of
 from flexband.errors import InputError, RunError
 from flexband.execution.calls import Outcome
 from flexband.execution.journal import Finished
 from flexband.execution.record import RunRecorder
 from flexband.remarks.collection import CollectedRemark, as_text
 from flexband.remarks.remark import Remark
-from flexband.response import Response
-from flexband.rounding import largest_of
 from flexband.uncertainty.inputs.evaluation import (
     align_batch,
     check_labels,
@@ -31,7 +32,6 @@ from flexband.uncertainty.inputs.evaluation import (
 from flexband.uncertainty.inputs.one_sample import of_one_sample
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.axes import names_of_outputs, series, units_of
-from flexband.words import number_of
 
 Judgement = tuple[np.ndarray, np.ndarray | None, dict[int, str], Exception | None]
 """Numbers of good runs, their values, the reasons of failed runs by number, and their error."""

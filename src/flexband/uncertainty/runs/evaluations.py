@@ -9,32 +9,24 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from flexband.errors import (
-    InputError,
-    RunError,
-    RunsNeeded,
-    StrainWarning,
-    check_arguments,
-    check_integer,
-    check_option,
-    shown,
-    warning_once,
-)
+from flexband.basics.checks import check_arguments, check_integer, check_option
+from flexband.basics.progress import Advance, Progress, RunListener, listener, listening
+from flexband.basics.response import ResponseFunction, as_response
+from flexband.basics.warning import warning_once
+from flexband.basics.words import all_of, are, number_of, value_text
+from flexband.errors import InputError, RunError, RunsNeeded, StrainWarning
 from flexband.execution.calls import Performing, in_process
 from flexband.execution.executors import ExecutorLike, performer_of
 from flexband.execution.record import RunRecorder
 from flexband.execution.store import Store, StoreLike, as_store
-from flexband.progress import Advance, Progress, RunListener, listener, listening
 from flexband.remarks.collection import remarks_in
 from flexband.remarks.remark import Remark, RemarkKind
-from flexband.response import ResponseFunction, as_response
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.inputs.unfolding import GivenInputs, first_case
 from flexband.uncertainty.methods.method import MAX_RUNS
 from flexband.uncertainty.runs import BATCH
 from flexband.uncertainty.runs.evaluated import Evaluated
 from flexband.uncertainty.runs.reuse import locate_domains, recorder
-from flexband.words import all_of, are, number_of
 
 OutputCheck = Callable[[xr.DataArray], object]
 """``check(outputs)``: raises an error if outputs, without samples, are not as they should be."""
@@ -254,7 +246,7 @@ def evaluations(
     if options.failed == "half step" and not as_response(response).refines:
         raise InputError(
             "failed='half step' requires a response whose `refinements` have a step, as that of "
-            f"dynamic_response; got {shown(response)}"
+            f"dynamic_response; got {value_text(response)}"
         )
     store = as_store(options.store)
     with performer_of(options.executor) as perform, warning_once(StrainWarning):

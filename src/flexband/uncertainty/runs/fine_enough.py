@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from flexband.basics.progress import listener
 from flexband.errors import InputError, RunError
-from flexband.progress import listener
 from flexband.uncertainty.inputs.sampling import points_at_ends
 from flexband.uncertainty.methods.method import quantities
 from flexband.uncertainty.runs.runs import CountedRuns, Level

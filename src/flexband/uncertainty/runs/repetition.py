@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, StoreError, warn
+from flexband.basics.warning import warn
+from flexband.errors import InputError, StoreError
 from flexband.execution.store import ALLOW_MISMATCH, OTHER_FOLDER, Store
 from flexband.remarks.remark import Remark, RemarkKind
 from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs, units_of

@@ -12,14 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
+from flexband.basics.files import read_json, write_json
+from flexband.basics.response import ResponseFunction
 from flexband.errors import InputError
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.names import FileName
 from flexband.execution.record import RunRecorder
 from flexband.execution.store import Owner, Store, mechanics_hash
-from flexband.files import read_json, write_json
 from flexband.remarks.collection import CollectedRemark, remarks_in
-from flexband.response import ResponseFunction
 from flexband.uncertainty.inputs.fields.field import fields_of
 from flexband.uncertainty.inputs.space import Space, locate_fields
 from flexband.uncertainty.inputs.unfolding import GivenInput, GivenInputs, in_words

@@ -10,20 +10,14 @@ from typing import Any, TypeVar
 import numpy as np
 import xarray as xr
 
-from flexband.errors import (
-    InputError,
-    ResolutionWarning,
-    RunError,
-    check_function,
-    check_integer,
-    shown,
-    warn,
-    without_warnings,
-)
+from flexband.basics.checks import check_function, check_integer
+from flexband.basics.progress import Budget, Progress
+from flexband.basics.response import Description, Response, ResponseFunction, as_response
+from flexband.basics.warning import warn, without_warnings
+from flexband.basics.words import number_of, value_text
+from flexband.errors import InputError, ResolutionWarning, RunError
 from flexband.execution.store import as_store, versions
-from flexband.progress import Budget, Progress
 from flexband.remarks.collection import CollectedRemark, as_attribute, catching
-from flexband.response import Description, Response, ResponseFunction, as_response
 from flexband.uncertainty.inputs.effects import all_have_effects, never_read, probes, without_effect
 from flexband.uncertainty.inputs.evaluation import inputs_in_words
 from flexband.uncertainty.inputs.one_sample import of_one_sample
@@ -40,7 +34,6 @@ from flexband.uncertainty.runs.repetition import check_repetition, check_stored,
 from flexband.uncertainty.runs.reuse import generic_runs, keep_domains, locate_domains
 from flexband.uncertainty.surrogates.extrapolation import reached_range
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-from flexband.words import number_of
 
 Result = TypeVar("Result")
 Answer = TypeVar("Answer")
@@ -143,7 +136,7 @@ class CountedRuns:
             finer = len(self.given.refinements())
             if not finer:
                 raise InputError(
-                    f"{method!r} needs {REFINEMENTS}; got {shown(self.response.original)}"
+                    f"{method!r} needs {REFINEMENTS}; got {value_text(self.response.original)}"
                 )
             check_runs(method, self.space, self.most_runs, self.count, finer)
             self.total += method.finer_runs(self.space, finer)

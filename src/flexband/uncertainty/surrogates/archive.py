@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flexband.files import replaced
+from flexband.basics.files import replaced
 
 TEXT = "about"
 """Name of the array that holds the text."""

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from flexband.rounding import Units
+from flexband.basics.rounding import Units
 
 
 class Axes(NamedTuple):

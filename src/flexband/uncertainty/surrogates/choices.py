@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, shown
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.remarks.collection import carried
 from flexband.uncertainty.inputs.choices import Choice
 from flexband.uncertainty.inputs.unfolding import GivenInputs, choices_of, in_words
@@ -189,7 +190,7 @@ class SurrogateOfChoices:
             options = np.atleast_1d(values[name])
             for option in np.unique(options):
                 if option not in choice.options:
-                    raise InputError(f"{name} must be one of {choice!r}; got {shown(option)}")
+                    raise InputError(f"{name} must be one of {choice!r}; got {value_text(option)}")
             positions = [choice.options.index(option) for option in options.tolist()]
             texts.append([str(choice.options[k]) for k in positions])
         count = max(map(len, texts))

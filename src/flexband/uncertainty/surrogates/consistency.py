@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from flexband.basics.words import number_of
 from flexband.errors import InputError
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
@@ -16,7 +17,6 @@ from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.bands import VARIABLES
 from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-from flexband.words import number_of
 
 
 def check(surrogate: Surrogate) -> None:

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from flexband.basics.rounding import Units, largest_of
 from flexband.errors import InputError
-from flexband.rounding import Units, largest_of
 from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from flexband.errors import warn
+from flexband.basics.warning import warn
 from flexband.uncertainty.inputs.space import Space
 
 NAMES = ("lowest_xi", "highest_xi")

@@ -18,8 +18,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 import xarray as xr
 
-from flexband.computation import NUMBERING, OutdatedError, check_numbering
-from flexband.errors import InputError, check_flag, check_instance, shown, without_warnings
+from flexband.basics.checks import check_flag, check_instance
+from flexband.basics.computation import NUMBERING, OutdatedError, check_numbering
+from flexband.basics.warning import without_warnings
+from flexband.basics.words import value_text
+from flexband.errors import InputError
 from flexband.uncertainty.inputs.choices import Choice
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
@@ -204,7 +207,7 @@ def _path(file: str | PathLike[str]) -> Path:
         with suppress(FileNotFoundError, NotADirectoryError):
             path.stat()
     except (OSError, ValueError, TypeError) as error:
-        raise InputError(f"file must be a path; got {shown(file)}: {error}") from None
+        raise InputError(f"file must be a path; got {value_text(file)}: {error}") from None
     if path.is_dir():
         raise InputError(f"{path} is a folder; give the name of a file")
     return path

@@ -12,8 +12,9 @@ import math
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, check_numbers, check_positive
-from flexband.rounding import Units
+from flexband.basics.checks import check_numbers, check_positive
+from flexband.basics.rounding import Units
+from flexband.errors import InputError
 from flexband.uncertainty.surrogates.axes import axes_of, units_of
 from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.diagnostics import varying_outputs

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.arguments import frozen
-from flexband.errors import check_instance
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_instance
 from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extremes_of, join_outputs
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.narrowing import part_of

@@ -8,12 +8,12 @@ from enum import StrEnum
 import numpy as np
 import xarray as xr
 
-from flexband.rounding import unit_of_variable
+from flexband.basics.rounding import unit_of_variable
+from flexband.basics.words import number_of
 from flexband.uncertainty.inputs.evaluation import extremes_in_words
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.bands import AttributeRecord
 from flexband.uncertainty.surrogates.diagnostics import unseen_share
-from flexband.words import number_of
 
 
 class Confirmation(StrEnum):

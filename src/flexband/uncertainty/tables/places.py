@@ -10,10 +10,10 @@ from scipy.cluster.vq import kmeans2
 from scipy.spatial import KDTree
 from scipy.special import ndtri
 
+from flexband.basics.words import number_of
 from flexband.uncertainty.inputs.distributions.random_option import RandomOption
 from flexband.uncertainty.inputs.sampling import of_normals, sobol
 from flexband.uncertainty.inputs.space import Space
-from flexband.words import number_of
 
 
 def coordinates_of(xi: np.ndarray, eta: np.ndarray) -> np.ndarray:

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_finite, check_non_negative, check_numbers, check_pair
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_finite, check_non_negative, check_numbers, check_pair
+from flexband.errors import InputError
 from flexband.mechanics.contact.geometry.geometry import (
     NO_LEVER,
     Action,

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_non_negative, check_pair, check_positive
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_non_negative, check_pair, check_positive
+from flexband.errors import InputError
 from flexband.mechanics.contact.geometry.geometry import NO_LEVER, Action, Geometry, Travel
 from flexband.mechanics.kernels.forms import Frame, angle, section_normal, subtract
 from flexband.mechanics.kernels.lanes import compiled, filled, maximum, sqrt

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from flexband.basics.progress import Pace, Progress
 from flexband.mechanics.assembly.structure import WorkSpace
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.free_steps.slowness import slow_steps
 from flexband.mechanics.engine.threads import in_parallel
-from flexband.progress import Pace, Progress
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexband.errors import RunError, without_warnings
+from flexband.basics.warning import without_warnings
+from flexband.basics.words import are
+from flexband.errors import RunError
 from flexband.mechanics.configuration import assembled_configuration
 from flexband.mechanics.response import DynamicResponse
 from flexband.mechanics.simulate import TimeGrid, simulate_system
@@ -21,11 +23,10 @@ from flexband.report.shapes.sketch import Outline
 from flexband.report.shapes.tracks import Tracks
 from flexband.uncertainty.inputs.sampling import nested_points
 from flexband.uncertainty.inputs.space import Space
-from flexband.words import are
 
 if TYPE_CHECKING:
+    from flexband.basics.response import ResponseFunction
     from flexband.mechanics.model.mechanism import Mechanism
-    from flexband.response import ResponseFunction
 
     Course = tuple[np.ndarray, np.ndarray] | tuple[()]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexband.basics.words import with_article
 from flexband.report.page.arrays import JsonRecord
 from flexband.uncertainty.inputs.distributions.bounded import Uniform
 from flexband.uncertainty.inputs.distributions.normal import LogNormal, Normal
@@ -12,7 +13,6 @@ from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.inputs.pbox import PBox
 from flexband.uncertainty.inputs.play import FreePair
 from flexband.uncertainty.inputs.space import Space
-from flexband.words import with_article
 
 RELATIVE = "coefficient of variation"
 """What is scaled of a LogNormal; it has no unit."""

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.rounding import ROUNDING
+from flexband.basics.rounding import ROUNDING
 from flexband.uncertainty.adaptive.fits import PartsFit
 from flexband.uncertainty.adaptive.refinement.refined_runs import RefinedRuns
 from flexband.uncertainty.expansions.hybrid import HybridExpansion

@@ -7,11 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.errors import RunError, warn
-from flexband.progress import listener
+from flexband.basics.progress import listener
+from flexband.basics.warning import warn
+from flexband.basics.words import number_of
+from flexband.errors import RunError
 from flexband.uncertainty.adaptive.runs import ResponseRuns, evaluate_runs
 from flexband.uncertainty.methods.method import Evaluate
-from flexband.words import number_of
 
 
 class RefinedRuns(NamedTuple):

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import ndtri
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_spread
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_spread
+from flexband.errors import InputError
 from flexband.uncertainty.expansions.families import LEGENDRE, Family
 from flexband.uncertainty.inputs.distribution import (
     NO_SCATTER,

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import gamma, gammaln
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_spread
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_spread
+from flexband.errors import InputError
 from flexband.uncertainty.inputs.distribution import FrozenDistribution, Moments, Spread, of_scipy
 from flexband.uncertainty.inputs.inputs import Numbers
 

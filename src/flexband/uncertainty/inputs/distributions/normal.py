@@ -8,8 +8,9 @@ from typing import ClassVar
 import numpy as np
 from scipy.special import log_ndtr
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_numbers, check_positive
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_numbers, check_positive
+from flexband.errors import InputError
 from flexband.uncertainty.expansions.families import HERMITE, Family
 from flexband.uncertainty.inputs.distribution import FrozenDistribution, Spread, of_scipy
 from flexband.uncertainty.inputs.inputs import Numbers

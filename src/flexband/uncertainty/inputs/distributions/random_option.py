@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from flexband.arguments import frozen
+from flexband.basics.arguments import frozen
 from flexband.errors import InputError
 from flexband.uncertainty.expansions.discrete import DiscretePolynomials
 from flexband.uncertainty.inputs.choices import Choice

@@ -9,11 +9,13 @@ import numpy as np
 from numpy.polynomial import hermite_e
 from scipy.special import ndtr, ndtri
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_finite, check_numbers, warn
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_finite, check_numbers
+from flexband.basics.warning import warn
+from flexband.basics.words import number_of
+from flexband.errors import InputError
 from flexband.uncertainty.inputs.distribution import NO_SCATTER, Distribution
 from flexband.uncertainty.inputs.distributions.bandwidth import bandwidth, resolution, widths
-from flexband.words import number_of
 
 
 @frozen(repr=False)

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_numbers
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_numbers
+from flexband.errors import InputError
 from flexband.uncertainty.inputs.distribution import Distribution, FrozenDistribution, of_scipy
 from flexband.uncertainty.inputs.distributions.bounded import Uniform
 from flexband.uncertainty.inputs.distributions.normal import LogNormal, Normal

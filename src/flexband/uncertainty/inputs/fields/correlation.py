@@ -7,17 +7,17 @@ from collections.abc import Callable
 import numpy as np
 from scipy.special import gammaln, kve
 
-from flexband.arguments import frozen
-from flexband.errors import (
-    InputError,
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import (
     check_finite,
     check_function,
     check_integer,
     check_numbers,
     check_positive,
-    returned,
 )
-from flexband.words import number_of
+from flexband.basics.user_functions import evaluate_function
+from flexband.basics.words import number_of
+from flexband.errors import InputError
 
 Correlation = Callable[[np.ndarray], np.ndarray]
 
@@ -91,7 +91,9 @@ class Matern:
 def correlations(correlation: Correlation, distance: np.ndarray) -> np.ndarray:
     """Return a user's correlations; raise `InputError` if they are no numbers of this shape."""
     name = "RandomField correlation"
-    values = check_finite(name, returned(correlation, distance, name), "numbers", rank=None)
+    values = check_finite(
+        name, evaluate_function(correlation, distance, name), "numbers", rank=None
+    )
     if values.shape != distance.shape:
         raise InputError(f"{name} must return shape {distance.shape}; got {values.shape}")
     return values

@@ -9,8 +9,10 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from flexband.errors import InputError, check_finite, check_integer, check_numbers, returned
-from flexband.prescribed_motion import prescribed
+from flexband.basics.checks import check_finite, check_integer, check_numbers
+from flexband.basics.prescribed_motion import prescribed
+from flexband.basics.user_functions import evaluate_function
+from flexband.errors import InputError
 from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input, Interval
 
 Profile = float | Callable[[np.ndarray], np.ndarray]
@@ -157,7 +159,7 @@ def profile(name: str, value: Profile | Interval | np.ndarray, x: np.ndarray) ->
         parameter = parameter[:, None] if parameter.ndim else parameter
         return np.broadcast_to(parameter, np.broadcast_shapes(parameter.shape, np.shape(x)))
     flat = np.ravel(x)
-    values = check_finite(name, returned(value, flat, name), rank=None)
+    values = check_finite(name, evaluate_function(value, flat, name), rank=None)
     if values.shape not in ((), flat.shape):
         raise InputError(
             f"{name} must return one value per position, shape {flat.shape}; got {values.shape}"

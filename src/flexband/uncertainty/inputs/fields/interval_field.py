@@ -6,10 +6,11 @@ from functools import cached_property
 
 import numpy as np
 
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_flag, check_positive
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import check_flag, check_positive
+from flexband.basics.words import number_of
+from flexband.errors import InputError
 from flexband.uncertainty.inputs.fields.field import Field, Profile, check_profile, profile
-from flexband.words import number_of
 
 
 @frozen()

@@ -11,17 +11,18 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from flexband.arguments import frozen
-from flexband.errors import (
-    InputError,
+from flexband.basics.arguments import frozen
+from flexband.basics.checks import (
     check_function,
     check_instance,
     check_integer,
     check_option,
     check_positive,
     check_spread,
-    warn,
 )
+from flexband.basics.warning import warn
+from flexband.basics.words import number_of
+from flexband.errors import InputError
 from flexband.uncertainty.inputs.fields.correlation import (
     MAX_NODES,
     Correlation,
@@ -36,7 +37,6 @@ from flexband.uncertainty.inputs.fields.field import Field, Profile, check_profi
 from flexband.uncertainty.inputs.fields.galerkin import karhunen_loeve, orthogonal_series
 from flexband.uncertainty.inputs.fields.series import Discretization, Series
 from flexband.uncertainty.inputs.inputs import Interval, Numbers
-from flexband.words import number_of
 
 
 @frozen()

@@ -19,10 +19,10 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
+from flexband.basics.files import read_unlinked, replaced, user_folder
 from flexband.errors import InputError
-from flexband.files import read_unlinked, replaced, user_folder
 
-PACKAGE = Path(__file__).parent
+PACKAGE = Path(__file__).parents[1]
 
 MEMORY = "sources.json"
 """File of what is known of sources, by path, modification time, change time and size."""

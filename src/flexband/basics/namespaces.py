@@ -13,7 +13,7 @@ from difflib import get_close_matches
 from importlib import import_module
 from typing import Any
 
-from flexband.absent import absent
+from flexband.basics.absent import absent
 
 NAMESPACES = (
     "analysis",

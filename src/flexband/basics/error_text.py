@@ -7,10 +7,10 @@ import sysconfig
 import traceback
 from pathlib import Path
 
-from flexband.arguments import ArgumentError
+from flexband.basics.arguments import ArgumentError
 from flexband.errors import InputError, RunError, RunsNeeded, StoreError
 
-LIBRARIES = Path(__file__).parent, *(sysconfig.get_path(k) for k in ("stdlib", "purelib"))
+LIBRARIES = Path(__file__).parents[1], *(sysconfig.get_path(k) for k in ("stdlib", "purelib"))
 """Folders of code that is not the user's."""
 
 EXPLAINED = InputError, RunError, StoreError, RunsNeeded

@@ -16,7 +16,8 @@ from uuid import uuid4
 import google_crc32c
 import platformdirs
 
-from flexband.errors import InputError, StoreError, warn
+from flexband.basics.warning import warn
+from flexband.errors import InputError, StoreError
 
 BEGIN = '{"checksum": "'
 """How a JSON file with a checksum begins."""

@@ -35,3 +35,27 @@ def plural(noun: str) -> str:
 def with_article(noun: str) -> str:
     """Return a noun with its indefinite article: "a Normal", "an Interval"."""
     return f"{'an' if noun[0].lower() in 'aeiou' else 'a'} {noun}"
+
+
+LONGEST = 80
+"""Characters of a value in a message."""
+
+
+def value_text(value: object) -> str:
+    """Return a value as text for a message, shortened if it is long."""
+    text = repr(value)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."
+
+
+def number_text(value: object) -> str:
+    """Return what was given where numbers are meant; a text is called one."""
+    if not isinstance(value, str | bytes):
+        return value_text(value)
+    try:
+        float(value)
+    except ValueError:
+        return f"the text {value_text(value)}"
+    hint = ""
+    if isinstance(value, str) and "e" in value.lower():
+        hint = ". YAML reads numbers such as 1.0e-3, with point and sign; 1e-3 is a text to it"
+    return f"the text {value_text(value)}; write the number without quotes{hint}"

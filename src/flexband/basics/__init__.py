@@ -1,0 +1,1 @@
+"""What all rooms use: checks, text, files, progress, responses. Imports remarks and errors only."""

@@ -87,7 +87,8 @@ def forget():
 def force(x=3.0):
     """Return the force as a new process would, and whether its code came from the disk."""
     forget()
-    function, result = importlib.import_module("springs.kernel").force, np.zeros(1)
+    function = importlib.import_module("springs.kernel").force
+    result = np.zeros(1)
     function(x, result)
     return result[0], not function.function.dispatcher.overloads
 
@@ -292,7 +293,8 @@ def test_code_calls_its_copies_of_functions():
     def twice(x, result):
         result[0] = long(x) + long(x + 1.0)
 
-    entry, result = caching.cached_on_disk(twice), np.zeros(1)
+    entry = caching.cached_on_disk(twice)
+    result = np.zeros(1)
     entry(0.3, result)
     assert result[0] == pytest.approx(names["long"](0.3) + names["long"](1.3), rel=1e-6)
 
@@ -305,7 +307,8 @@ def test_arguments_of_all_kinds():
         result[1] = 1.0 if flag else 0.0
 
     entry = caching.cached_on_disk(summed)
-    array, result = np.arange(6.0).reshape(2, 3), np.zeros(2)
+    array = np.arange(6.0).reshape(2, 3)
+    result = np.zeros(2)
     Numbers = namedtuple("Numbers", "start array")
     for a in (array, np.asfortranarray(array), array[:, ::2]):
         for flag in (True, False):

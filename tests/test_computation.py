@@ -63,7 +63,8 @@ def fresh_hash():
 
 
 def test_hashes_are_remembered_by_time_and_size(package, monkeypatch):
-    file, first = package / "laws" / "springs.py", fresh_hash()
+    file = package / "laws" / "springs.py"
+    first = fresh_hash()
     with monkeypatch.context() as patched:
         patched.setattr(module, "parsed", None)  # nothing is parsed again
         assert fresh_hash() == first

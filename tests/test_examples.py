@@ -111,9 +111,11 @@ def slider_crank(own):
     motors_work_is_energy(
         own.slider_crank(0.2, 1000.0, 69e9, 0.34), "motor", duration=0.2, step=2e-4
     )
-    study, paper = own.study, runpy.run_path(str(EXAMPLES / "paper" / "slider_crank.py"))["study"]
+    study = own.study
+    paper = runpy.run_path(str(EXAMPLES / "paper" / "slider_crank.py"))["study"]
     assert study.inputs.keys() == paper.inputs.keys()
-    coarse, fine = paper.nominal(), study.nominal()
+    coarse = paper.nominal()
+    fine = study.nominal()
     assert np.mean(np.abs(coarse - fine.sel(time=coarse.time, method="nearest"))) > 100.0  # N
 
 
@@ -160,7 +162,8 @@ def parallelogram(own):
     np.testing.assert_allclose(at(result, "work"), gained, atol=2e-3 * gained.max())
     np.testing.assert_allclose(at(result, "turn"), 0.0, atol=1e-9)
     steel = own.STEEL["height"] * own.STEEL["width"] * own.STEEL["density"]  # kg/m
-    bar, coupler = steel * own.CRANK, steel * 2 * own.PITCH
+    bar = steel * own.CRANK
+    coupler = steel * 2 * own.PITCH
     crank = bar * (own.CRANK**2 / 3 + own.STEEL["height"] ** 2 / 12)
     exact = 0.5 * 15.0**2 * (3 * crank + coupler * own.CRANK**2)
     assert at(result, "kinetic", 1.5) == pytest.approx(exact, rel=1e-3)
@@ -170,7 +173,8 @@ def parallelogram(own):
 def quick_return(own):
     """The lever turns back where the crank is square to it."""
     result = own.motion()
-    speed, time = at(result, "ram_X"), result.time.values
+    speed = at(result, "ram_X")
+    time = result.time.values
     k = np.flatnonzero(speed[1:] * speed[:-1] < 0)
     turns = time[k] - speed[k] * (time[k + 1] - time[k]) / (speed[k + 1] - speed[k])
     lean = np.arcsin(own.CRANK / own.PIVOT)
@@ -182,7 +186,8 @@ def quick_return(own):
 
 def planetary_gear(own):
     """Inertias seen from the arm, and the speed at which both moments hold each other."""
-    result, ratio = own.motion(), 1 + own.RING / own.SUN
+    result = own.motion()
+    ratio = 1 + own.RING / own.SUN
     spin = 1 - own.RING / own.PLANET
     sheet = own.STEEL["width"] * own.STEEL["density"]
     sun, planet = (sheet * np.pi * r**2 for r in (own.SUN, own.PLANET))
@@ -208,10 +213,12 @@ def cable_pendulum(own):
 
 def rough_road(own):
     """The variance of a linear system under a process, as a double integral in time."""
-    bands, k = own.study.run().sel(output="car_Y"), 400
+    bands = own.study.run().sel(output="car_Y")
+    k = 400
     s, w = np.polynomial.legendre.leggauss(60)
     end = float(bands.time[k])
-    s, w = end * (1 + s) / 2, end * w / 2
+    s = end * (1 + s) / 2
+    w = end * w / 2
     found = []
     for damping in np.linspace(1200.0, 2000.0, 9):
         strut = np.outer([1 / own.CAR, -1 / own.WHEEL], [-own.STRUT, own.STRUT])
@@ -273,7 +280,8 @@ def door_stop(own):
 def latch(own):
     """The angular momentum about the other end is −1/6 mL²ω, and ω becomes −ω/2."""
     swing, caught = own.motion()
-    before, after = at(swing, "rate")[-1], at(caught, "rate")
+    before = at(swing, "rate")[-1]
+    after = at(caught, "rate")
     assert after[0] == pytest.approx(-before / 2, rel=1e-12)
     lost = 0.75 * at(swing, "energy")[-1]
     assert caught.attrs["lost_energy"] == pytest.approx([lost], rel=1e-12)
@@ -316,11 +324,14 @@ def controlled_arm(own):
 
 def robot_arm(own):
     """The forearm is an elastica with shear; the gear is pressed together by the hand's weight."""
-    motion, hand = fb.simulate(own.arm(), duration=3.0, step=0.02), 0.04 * 0.03 * 2700.0 * 0.2
+    motion = fb.simulate(own.arm(), duration=3.0, step=0.02)
+    hand = 0.04 * 0.03 * 2700.0 * 0.2
     L, b, rho, nu = (
         own.FOREARM[name] for name in ("length", "height", "density", "poissons_ratio")
     )
-    first, bending, shear = -np.pi / 6, 3e9 * b**4 / 12, 5 / 6 * 3e9 * b**2 / (2 + 2 * nu)
+    first = -np.pi / 6
+    bending = 3e9 * b**4 / 12
+    shear = 5 / 6 * 3e9 * b**2 / (2 + 2 * nu)
     moment = 0.0
     for _ in range(20):  # on the hand, whose angle depends on it
 
@@ -350,7 +361,8 @@ def gripper(own):
     lost = 0.5 * own.LOAD * speed**2 * inertia / (inertia + own.LOAD * own.LENGTH**2)
     assert at(motion, "lost")[-1] == pytest.approx(lost, rel=1e-4)
     t = motion.time.values
-    carried, flying = (t > own.SEIZED) & (t <= own.RELEASED), t > own.RELEASED + 0.01
+    carried = (t > own.SEIZED) & (t <= own.RELEASED)
+    flying = t > own.RELEASED + 0.01
     for axis in "XY":
         apart = (at(motion, f"load_{axis}") - at(motion, f"bar_{axis}"))[carried]
         np.testing.assert_allclose(apart, 0.0, atol=1e-4)
@@ -369,7 +381,8 @@ def hydraulic_cylinder(own):
 def balance_wheel(own):
     result = own.study.nominal()
     inertia = own.DENSITY * own.WIDTH * np.pi * own.RADIUS**4 / 2
-    decay, t = own.FRICTION / (2 * inertia), result.time.values
+    decay = own.FRICTION / (2 * inertia)
+    t = result.time.values
     omega = np.sqrt(own.STIFFNESS / inertia - decay**2)
     swing = np.cos(omega * t) + decay / omega * np.sin(omega * t)
     exact = own.SWING * np.exp(-decay * t) * swing
@@ -380,7 +393,8 @@ def machine_mounts(own):
     """The steady force on the floor is that of an oscillator with one degree of freedom."""
     run = fb.simulate(own.shaker(33.0, 4e4, 4e4, 0.025, ["natural"]), duration=3.0, step=1e-3)
     steady = at(run.sel(time=slice(2.5, 3.0)), "front_F")
-    mass, damping = own.FRAME + 33.0, own.DAMPING["natural"]
+    mass = own.FRAME + 33.0
+    damping = own.DAMPING["natural"]
     impedance = 8e4 - mass * own.SPEED**2 + 2j * damping * own.SPEED
     force = 0.025 * own.SPEED**2 * (4e4 + 1j * damping * own.SPEED) / impedance
     assert np.ptp(steady) / 2 == pytest.approx(abs(force), rel=2e-3)
@@ -396,7 +410,8 @@ def stick_slip(own):
     slip = 2 * np.pi - 2 * np.arctan((static - kinetic) * omega / own.SPEED)
     cycle = 2 * (static - kinetic) / own.SPEED + slip / omega
     reach = kinetic + np.hypot(static - kinetic, own.SPEED / omega)
-    x, time = at(motion, "x_X"), motion.time.values
+    x = at(motion, "x_X")
+    time = motion.time.values
     sticks = np.abs(at(motion, "felt_speed")) < 1e-9
     begins = time[1:][np.diff(sticks.astype(int)) > 0]
     assert x.max() == pytest.approx(reach, rel=1e-4)

@@ -38,7 +38,8 @@ def counts_without_helper(file):
         if isinstance(node, ast.JoinedStr):
             for one, after in zip(node.values, node.values[1:], strict=False):
                 if isinstance(one, ast.FormattedValue) and isinstance(after, ast.Constant):
-                    told, times = ast.unparse(one.value), str(after.value).startswith(" times ")
+                    told = ast.unparse(one.value)
+                    times = str(after.value).startswith(" times ")
                     counts = not times and not told.isupper() and told not in NO_COUNTS
                     if counts and COUNTED.match(str(after.value)):
                         yield f"{file.name}:{one.lineno}: {{{told}}}{after.value}"

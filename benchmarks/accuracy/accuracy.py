@@ -26,13 +26,15 @@ from flexband.uncertainty.methods.method import Method
 FULL = 200
 """With at least this many samples of LHS–Scanning the documentation is written."""
 
-MAX_RUNS, MAX_POINTS = 4000, 32
+MAX_RUNS = 4000
+MAX_POINTS = 32
 """Most runs of a method, and most points of the scan of LHS–Scanning."""
 
 ERROR_RANGE = 5e-4, 100.0
 """Range of the errors in the figure [%]."""
 
-START, END = "<!-- accuracy -->", "<!-- end of accuracy -->"
+START = "<!-- accuracy -->"
+END = "<!-- end of accuracy -->"
 STYLES = {
     "adaptive PCCI": "D-",
     "phase-resolved PCCI": "o-",
@@ -78,7 +80,8 @@ def expected(bands: xr.Dataset, truth: xr.Dataset, variable: str) -> str:
     found = claimed(bands, variable)
     if found is None:
         return ""
-    own, size = found.mean("time"), np.abs(truth[variable]).mean(("bound", "time"))
+    own = found.mean("time")
+    size = np.abs(truth[variable]).mean(("bound", "time"))
     return f"{100 * float((own / size).max()):.2g}"
 
 
@@ -86,7 +89,9 @@ def main() -> None:
     chosen = options(__doc__, FULL, cases="run only the cases whose names contain this text")
     whole = chosen.samples >= FULL
     studies = [(name, make) for name, make in cases().items() if chosen.cases in name]
-    rows, points, claims = [], {}, {}
+    rows = []
+    points = {}
+    claims = {}
     for name, make in studies[: None if whole or chosen.cases else 2]:
         case = make()
         truth = case.reference()

@@ -37,7 +37,8 @@ COMPARED = (
     "slider–crank, ρ∞ = 0.7",
     "soft link, displacement",
 )
-ORDER, NEW = 2, 64
+ORDER = 2
+NEW = 64
 
 
 def missed(name: str) -> list[float]:
@@ -48,7 +49,8 @@ def missed(name: str) -> list[float]:
     def run(xi, eta):
         return xr.DataArray(case.response(**space.arguments_at(xi, eta)))
 
-    random, method = [ORDER] * space.random_dimension, fb.ImprovedPCCI
+    random = [ORDER] * space.random_dimension
+    method = fb.ImprovedPCCI
     nodes = [method.interval_nodes(ORDER)] * space.interval_dimension
     design = space.families, random
     values = series(run(*HybridExpansion.design(*design, nodes)))

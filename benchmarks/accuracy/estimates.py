@@ -74,7 +74,8 @@ def _windows(v: np.ndarray) -> np.ndarray:
 
 def within_factor(expected, true):
     """Return whether expected errors are within the factor of the true ones."""
-    a, b = np.maximum(expected, NEGLIGIBLE), np.maximum(true, NEGLIGIBLE)
+    a = np.maximum(expected, NEGLIGIBLE)
+    b = np.maximum(true, NEGLIGIBLE)
     return (a <= FACTOR * b) & (b <= FACTOR * a)
 
 

@@ -13,7 +13,8 @@ from benchmarks.accuracy.references import Case, bands, moments, normal_rule
 TAU = 2 * np.pi
 TIMES = np.arange(1001) * 0.02  # twenty periods of 1 Hz
 FORMULA_INPUTS = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
-SMOOTH, BROKEN = (64, 201), (700, 51)
+SMOOTH = (64, 201)
+BROKEN = (700, 51)
 """Numbers of points x and e in the reference. For every e, jumps and kinks in x lie halfway between
 points x, because the steps are 0.02 in x and 0.04 in e."""
 
@@ -44,7 +45,8 @@ def wave(x, e, t):
 
 
 def damped(x, e, t):
-    w, zeta = TAU * (1 + 0.05 * x), 0.03 + 0.02 * e
+    w = TAU * (1 + 0.05 * x)
+    zeta = 0.03 + 0.02 * e
     return np.exp(-zeta * w * t) * np.cos(w * np.sqrt(1 - zeta**2) * t)
 
 

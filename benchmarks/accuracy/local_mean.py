@@ -14,7 +14,8 @@ from scipy.ndimage import uniform_filter1d
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 
-SMOOTHINGS, NORMALIZATIONS = 12, 30
+SMOOTHINGS = 12
+NORMALIZATIONS = 30
 """Most passes of the moving average, and most divisions by an envelope."""
 
 PURE = 0.01
@@ -29,7 +30,8 @@ MIN_EXTREMES = 12
 
 def product_function(signal: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     """Return amplitude and phase of the fastest component of a signal; None if there is none."""
-    modulation, amplitude = signal, np.ones_like(signal)
+    modulation = signal
+    amplitude = np.ones_like(signal)
     if len(_extremes(signal)) < MIN_EXTREMES:
         return None
     for _ in range(NORMALIZATIONS):
@@ -53,7 +55,8 @@ def _extremes(signal: np.ndarray) -> np.ndarray:
 def _local_levels(signal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return local mean and envelope: means and half differences of extremes, smoothed."""
     nodes = np.concatenate([[0], _extremes(signal), [len(signal) - 1]])
-    values, lengths = signal[nodes], np.diff(nodes)
+    values = signal[nodes]
+    lengths = np.diff(nodes)
     lengths[-1] += 1
     width = int(max(3, lengths[1:-1].max() // 3 * 2 + 1))
     levels = []
@@ -81,7 +84,8 @@ def split(runs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     for run, components in enumerate(found):
         for k, (amplitude, phase) in enumerate(components[:count]):
             turns = np.round((phase[0] - phases[0, k, 0]) / (2 * np.pi)) if run else 0.0
-            amplitudes[run, k], phases[run, k] = amplitude, phase - 2 * np.pi * turns
+            amplitudes[run, k] = amplitude
+            phases[run, k] = phase - 2 * np.pi * turns
     return amplitudes, phases, runs - (amplitudes * np.cos(phases)).sum(axis=1)
 
 
@@ -111,5 +115,6 @@ class SplitExpansion:
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the output at ξ and η, shape (points, times)."""
         values = self.expansion.evaluate(xi, eta).reshape(len(xi), -1, self.times)
-        amplitudes, phases = values[:, : self.count], values[:, self.count : 2 * self.count]
+        amplitudes = values[:, : self.count]
+        phases = values[:, self.count : 2 * self.count]
         return (amplitudes * np.cos(phases)).sum(axis=1) + values[:, -1]

@@ -17,7 +17,8 @@ import flexband as fb
 
 ORDERS = 4, 8, 12, 20
 SCATTER = 0.3, 1.0
-REACH, COUNT = 45.0, 20001
+REACH = 45.0
+COUNT = 20001
 """Largest standard normal value, and number of points: x^40 matters at 33 for a cv of 1."""
 
 
@@ -25,7 +26,9 @@ def missed(variable: np.ndarray, weights: np.ndarray, values: np.ndarray) -> lis
     """Return what polynomials of a variable of each of the orders miss, relative to σ."""
     rest = values - weights @ values
     size = weights @ rest**2
-    before, now, found = np.zeros_like(values), np.ones_like(values), []
+    before = np.zeros_like(values)
+    now = np.ones_like(values)
+    found = []
     for order in range(max(ORDERS) + 1):
         rest = rest - (weights @ (rest * now)) * now
         if order in ORDERS:
@@ -33,7 +36,8 @@ def missed(variable: np.ndarray, weights: np.ndarray, values: np.ndarray) -> lis
         following = variable * now
         for known in (now, before):
             following = following - (weights @ (following * known)) * known
-        before, now = now, following / np.sqrt(weights @ following**2)
+        before = now
+        now = following / np.sqrt(weights @ following**2)
     return found
 
 

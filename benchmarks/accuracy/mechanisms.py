@@ -182,7 +182,8 @@ def _ten_inputs(response, inputs: dict, coupler: int = 8, points: int = 16) -> x
     xi = np.concatenate([np.repeat(one, 8)[:, None], np.tile(smooth, (points, 1))], axis=1)
     turn = np.array([[2.0, -1.0], [1.0, 2.0]]) / math.sqrt(5)  # scatter of ln E and ln ρ
     xi[:, :2] = xi[:, :2] @ turn
-    nodes, corners = lobatto(coupler), _quadratic_points()
+    nodes = lobatto(coupler)
+    corners = _quadratic_points()
     eta = np.concatenate(
         [np.repeat(nodes, len(corners))[:, None], np.tile(corners, (coupler, 1))], axis=1
     )
@@ -217,8 +218,10 @@ def _moments(response, inputs: dict, rule, eta: np.ndarray) -> tuple[np.ndarray,
 
     The columns of ξ and η are those of the inputs in the order in which they are given.
     """
-    space, found = Space(inputs), []
-    xi, weights = _sorted(rule[0], inputs, random=True), rule[1]
+    space = Space(inputs)
+    found = []
+    xi = _sorted(rule[0], inputs, random=True)
+    weights = rule[1]
     eta = _sorted(eta, inputs, random=False)
     for first in range(0, len(eta), 8):
         here = eta[first : first + 8]

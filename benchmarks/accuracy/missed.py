@@ -20,7 +20,8 @@ CASES = ((1, 1, 9), (2, 1, 5), (2, 2, 7), (3, 1, 4), (3, 1, 6), (4, 1, 3), (5, 1
 """Numbers of interval and of random variables, and total orders."""
 
 SEED = 7000
-STARTS, AT_ONCE = 200, 50
+STARTS = 200
+AT_ONCE = 50
 TOLERANCE = 1e-4
 
 
@@ -41,7 +42,8 @@ def from_many_starts(expansion: HybridExpansion, m: int, seed: int) -> list[list
     """Return bounds that are searched from random points, some at a time."""
     starts = np.random.default_rng(seed).uniform(-1, 1, (STARTS, m))
     starts[::2] = np.sign(starts[::2])
-    usual, found = extremes.scan, []
+    usual = extremes.scan
+    found = []
     try:
         for first in range(0, STARTS, AT_ONCE):
             own = starts[first : first + AT_ONCE]
@@ -57,10 +59,12 @@ def missed(m: int, n: int, order: int, series: int, seed: int) -> tuple[int, int
     """Return how many bounds are missed, of how many, and by how much of the width at most."""
     expansion = random_expansion(m, n, order, series, seed)
     usual = np.stack([one.values for one in extremes.extremes(expansion, SIGMAS)])
-    low, high = usual[:, 0], usual[:, 1]
+    low = usual[:, 0]
+    high = usual[:, 1]
     for others in from_many_starts(expansion, m, seed):
         values = np.stack([one.values for one in others])
-        low, high = np.minimum(low, values[:, 0]), np.maximum(high, values[:, 1])
+        low = np.minimum(low, values[:, 0])
+        high = np.maximum(high, values[:, 1])
     off = np.stack([usual[:, 0] - low, high - usual[:, 1]]) / (high - low)
     return int((off > TOLERANCE).sum()), off.size, float(off.max())
 

@@ -63,7 +63,8 @@ def formula_rows(m: int, n: int, choices: dict[str, list[Points]], most: int) ->
     f = formulas(m, n)
     eta = tensor_points([np.linspace(-1, 1, {1: 201, 2: 41, 3: 17, 4: 9}.get(m, 1))] * m)
     x, w = hermite_e.hermegauss({1: 40, 2: 20, 3: 12, 4: 8}.get(n, 1))
-    xi, w = tensor_points([x] * n), np.prod(tensor_points([w / w.sum()] * n), axis=1)
+    xi = tensor_points([x] * n)
+    w = np.prod(tensor_points([w / w.sum()] * n), axis=1)
     F = f(np.concatenate([np.repeat(eta, len(xi), 0), np.tile(xi, (len(eta), 1))], axis=1))
     F = F.reshape(len(eta), len(xi), -1)
     true = spread(F, w)
@@ -84,7 +85,8 @@ def formula_rows(m: int, n: int, choices: dict[str, list[Points]], most: int) ->
 
 def bounds(mean: np.ndarray, std: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return bounds of mean and error bar over the first axis."""
-    low, high = (mean - std).min(0), (mean + std).max(0)
+    low = (mean - std).min(0)
+    high = (mean + std).max(0)
     return np.stack([mean.min(0), mean.max(0)]), np.stack([low, high])
 
 
@@ -104,18 +106,22 @@ def part_rows(choices: dict[str, list[Points]], most: int, **version: float) -> 
     w /= w.sum()
     eta = tensor_points([INTERVAL["scaled zeros"](q) for q in DENSE[:2]])
     dense = number(np.column_stack([np.repeat(eta, len(x), 0), np.tile(x, len(eta))]))
-    case, at = slider_crank(**version), np.array(list(index))
+    case = slider_crank(**version)
+    at = np.array(list(index))
     F = case.response(**Space(case.inputs).values(at[:, 2:] * [1.0, 0.0], at[:, :2]))
     F = F.transpose("sample", "output", "time").values
     found = list(decompose(F, 1e-3))[1]
-    F, first = F[..., ::THIN], found.carriers[0]
+    F = F[..., ::THIN]
+    first = found.carriers[0]
     carrier = Carrier(first.phase[:, ::THIN], first.envelope[..., ::THIN], first.frequency)
     columns = PartColumns.from_outputs(F.shape[1], 1)
     series = columns.pack(Stage([carrier], found.base[..., ::THIN]))
     F, truth = (y[dense].reshape(len(eta), len(x), -1) for y in (F, series))
-    one, two = F.shape[2], F.shape[2] + found.base[..., ::THIN].shape[2]
+    one = F.shape[2]
+    two = F.shape[2] + found.base[..., ::THIN].shape[2]
     parts = {"base": slice(one), "phase": slice(one, two), "envelopes": slice(two, None)}
-    true, size = spread(F, w), np.abs(F).mean()
+    true = spread(F, w)
+    size = np.abs(F).mean()
     for name, orders in chosen.items():
         errors: dict[str, dict[str, tuple[int, float]]] = {}
         for choice, points in choices.items():
@@ -149,7 +155,8 @@ def lebesgue(x: np.ndarray, *, random: bool) -> float:
 
 def condition(points: Points, *, random: bool) -> float:
     """Return the condition number of V for Σν ≤ 4 in three variables, polynomials normalized."""
-    orders, x = np.array(total(3, 4)).T, points(4)
+    orders = np.array(total(3, 4)).T
+    x = points(4)
     values = HERMITE.values if random else chebyshev_values
     norms = np.sqrt([math.factorial(j) for j in range(5)]) if random else np.ones(5)
     return float(np.linalg.cond(np.prod([(values(4, x) / norms)[np.ix_(v, v)] for v in orders], 0)))
@@ -158,7 +165,8 @@ def condition(points: Points, *, random: bool) -> float:
 def main() -> None:
     chosen = options(__doc__, 60)
     most = chosen.samples
-    a, b = INTERVAL[CHOSEN[0]], RANDOM[CHOSEN[1]]
+    a = INTERVAL[CHOSEN[0]]
+    b = RANDOM[CHOSEN[1]]
     tables: dict[str, list[Row]] = {"points_interval": [], "points_random": []}
     for d in (1, 2, 3, 4):
         both = [{k: [p] * d for k, p in choices.items()} for choices in (INTERVAL, RANDOM)]
@@ -176,7 +184,9 @@ def main() -> None:
         header = ["case", "terms", *rows[0][2]]
         body = [[case, str(terms), *shown(found, terms)] for case, terms, found in rows]
         report(chosen.output, name, header, body, {c: found for c, _, found in rows}, [note])
-    orders, body, measured = (*range(1, 9), 12, 16, 20), [], {}
+    orders = (*range(1, 9), 12, 16, 20)
+    body = []
+    measured = {}
     for random, choices in ((False, INTERVAL), (True, RANDOM)):
         for name, points in choices.items():
             measured[name] = [lebesgue(points(q), random=random) for q in orders]

@@ -23,7 +23,8 @@ COUNT = 21  # length of the longest sequences, for orders up to 20
 
 def greedy(first: Sequence[float], rate: float, end: float, *, pairs: bool) -> np.ndarray:
     """Return a Leja sequence weighted by e^{−rate x²}, on a grid."""
-    grid, points = np.linspace(-end, end, 40001), list(first)
+    grid = np.linspace(-end, end, 40001)
+    points = list(first)
     with np.errstate(divide="ignore"):
         while len(points) < COUNT:
             size = np.log(np.abs(grid[:, None] - points)).sum(axis=1) - rate * grid**2
@@ -68,7 +69,8 @@ CHOSEN = "Leja 1 (chosen)", "Genz–Keister, √pdf Leja (chosen)"
 
 def combination(orders: list[tuple[int, ...]]) -> list[tuple[tuple[int, ...], int]]:
     """Return the tensor grids, and their factors, that form the interpolation on a set."""
-    known, steps = set(orders), list(itertools.product((0, 1), repeat=len(orders[0])))
+    known = set(orders)
+    steps = list(itertools.product((0, 1), repeat=len(orders[0])))
     factors = [sum((-1) ** sum(z) for z in steps if tuple(np.add(v, z)) in known) for v in orders]
     return [(v, c) for v, c in zip(orders, factors, strict=True) if c]
 
@@ -76,7 +78,8 @@ def combination(orders: list[tuple[int, ...]]) -> list[tuple[tuple[int, ...], in
 def fit(f, orders, points: Sequence[Points], m: int) -> tuple[HybridExpansion, int]:
     """Return the expansion on a set of orders, the m variables η first, and its number of runs."""
     most = np.max(orders, axis=0)
-    beta, runs = None, []
+    beta = None
+    runs = []
     for v, factor in combination(orders):
         nodes = [p(q) for p, q in zip(points, v, strict=True)]
         runs.append(tensor_points(nodes))
@@ -95,7 +98,8 @@ def fit(f, orders, points: Sequence[Points], m: int) -> tuple[HybridExpansion, i
 def formulas(m: int, n: int) -> Callable[[np.ndarray], np.ndarray]:
     """Return forty smooth formulas of m interval and n random variables, shape (·, 40)."""
     d = m + n
-    rng, fade = np.random.default_rng(0), 0.6 ** np.arange(d)
+    rng = np.random.default_rng(0)
+    fade = 0.6 ** np.arange(d)
     A = rng.uniform(0.5, 1.0, (5, 8, d)) * rng.choice([-1, 1], (5, 8, d)) * fade
     offset, B = rng.uniform(-0.6, 0.9, (5, 8)), rng.uniform(-1, 1, (8, d, d)) * np.outer(fade, fade)
 
@@ -117,7 +121,8 @@ def total(d: int, order: int) -> list[tuple[int, ...]]:
 def adaptive(size: int, expansion: HybridExpansion) -> list[tuple[int, ...]]:
     """Return the downward closed set that adds the largest coefficients one after the other."""
     large = np.abs(expansion.weighted).sum(axis=1).reshape([q + 1 for q in expansion.orders])
-    one, found = np.eye(large.ndim, dtype=int), [(0,) * large.ndim]
+    one = np.eye(large.ndim, dtype=int)
+    found = [(0,) * large.ndim]
     while len(found) < size:
         near = {tuple(map(int, v + e)) for v in found for e in one} - set(found)
         new = [

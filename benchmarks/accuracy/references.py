@@ -57,13 +57,15 @@ def bands(
 def _least(values: np.ndarray, counts: Sequence[int]) -> np.ndarray:
     """Return the minimum of values (Π counts, …), refined by a parabola in each variable."""
     flat = values.reshape(len(values), -1)
-    best, series = flat.argmin(axis=0), np.arange(flat.shape[1])
+    best = flat.argmin(axis=0)
+    series = np.arange(flat.shape[1])
     bottom = flat[best, series]
     gain = np.zeros_like(bottom)
     for a, (count, where) in enumerate(zip(counts, np.unravel_index(best, counts), strict=True)):
         inner = (where > 0) & (where < count - 1)
         step = inner * math.prod(counts[a + 1 :])
-        below, above = flat[best - step, series], flat[best + step, series]
+        below = flat[best - step, series]
+        above = flat[best + step, series]
         bend = below + above - 2 * bottom
         gain += (above - below) ** 2 / (8 * np.where(bend > 0, bend, np.inf))
     return (bottom - gain).reshape(values.shape[1:])

@@ -95,7 +95,8 @@ def four_bar(rng: np.random.Generator) -> Callable[[int], Callable[[np.ndarray],
 
         def values(x: np.ndarray) -> np.ndarray:
             a, b, c, g = (sizes * (1 + 0.01 * x[:, :4])).T[:, :, None]
-            px, py = a * np.cos(gamma) - g, a * np.sin(gamma)
+            px = a * np.cos(gamma) - g
+            py = a * np.sin(gamma)
             d2 = px**2 + py**2
             inner = np.arccos((b**2 - c**2 - d2) / (2 * c * np.sqrt(d2)))
             return np.unwrap(np.arctan2(-py, -px) + inner, axis=1)
@@ -151,7 +152,8 @@ def cheapest(one: Case, rng: np.random.Generator) -> float:
     grid = np.array(list(product(np.linspace(-1, 1, 5 if one.m < 5 else 3), repeat=one.m)))
     best = np.inf
     for k in range(4):
-        y, chosen = (rng.uniform(-3, 0, one.m) if k else np.full(one.m, -1.0)), []
+        y = rng.uniform(-3, 0, one.m) if k else np.full(one.m, -1.0)
+        chosen = []
         for _ in range(30):
             off = np.abs(one.deviations(np.exp(y) * grid)) - one.limit
             worst = off.argmax(axis=0)
@@ -190,7 +192,8 @@ def solved(one: Case, grid: np.ndarray, chosen: list[tuple[int, int]], y: np.nda
 
 def judged(family: str, seed: int, tolerance: float) -> dict[str, float]:
     """Return how a case is allocated."""
-    one, rng = case(family, seed), np.random.default_rng(seed)
+    one = case(family, seed)
+    rng = np.random.default_rng(seed)
     inputs = {f"x{k}": fb.Interval(-1.0, 1.0) for k in range(one.m)}
     surrogate = fb.expand(one.response, inputs, fb.AdaptivePCCI(tolerance))
     assert isinstance(surrogate, fb.Surrogate)
@@ -228,7 +231,8 @@ def main() -> None:
         name, value = text.split("=")
         kind = type(getattr(defaults["options"], name))
         defaults["options"] = replace(defaults["options"], **{name: kind(float(value))})
-    rows, data = [], {}
+    rows = []
+    data = {}
     for family in chosen.families.split(","):
         found = [judged(family, chosen.seed + k, chosen.tolerance) for k in range(chosen.samples)]
         own = {name: np.array([one[name] for one in found]) for name in found[0]}

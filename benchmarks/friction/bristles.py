@@ -28,14 +28,18 @@ def bristles(t, x, v, s, p, force, rate):
 def error(seed: int) -> float:
     """Return the error of a mass at the default tolerance of chosen steps."""
     rng = np.random.default_rng(seed)
-    stiffness, mass = 10 ** rng.uniform(3, 6), 10 ** rng.uniform(-0.5, 1.0)
-    coulomb, ratio, stribeck = rng.uniform(0.5, 3), rng.uniform(1, 1.6), 10 ** rng.uniform(-3, -1)
+    stiffness = 10 ** rng.uniform(3, 6)
+    mass = 10 ** rng.uniform(-0.5, 1.0)
+    coulomb = rng.uniform(0.5, 3)
+    ratio = rng.uniform(1, 1.6)
+    stribeck = 10 ** rng.uniform(-3, -1)
     K, c, speed = rng.uniform(0.5, 20), rng.uniform(0, 0.6), rng.uniform(0.02, 0.5)
     duration = rng.uniform(2, 15)
     p = np.array([stiffness, np.sqrt(stiffness * mass), coulomb, coulomb * ratio, stribeck])
 
     def rates(t, y):
-        force, rate = np.zeros((1, 3)), np.zeros(1)
+        force = np.zeros((1, 3))
+        rate = np.zeros(1)
         bristles(t, np.zeros((1, 3)), np.array([[y[1], 0.0, 0.0]]), y[2:], p, force, rate)
         return [y[1], (force[0, 0] - c * y[1] - K * (y[0] - speed * t)) / mass, rate[0]]
 
@@ -51,7 +55,8 @@ def error(seed: int) -> float:
     )
     free = fb.GeneralizedAlpha(step_tolerance=1e-7)
     motion = fb.simulate(model, duration=duration, step=duration / 200, integrator=free)
-    place, times = motion.sel(output="place_X").values.ravel(), motion["time"].values
+    place = motion.sel(output="place_X").values.ravel()
+    times = motion["time"].values
     exact = solve_ivp(
         rates, (0.0, times[-1]), np.zeros(3), "Radau", times, rtol=1e-10, atol=1e-13
     ).y[0]

@@ -100,7 +100,9 @@ class Draw:
 def mechanism(draw: Draw, velocities: np.ndarray) -> fb.Mechanism:
     """Return the model with these velocities of all bodies, rows of (v_X, v_Y, ω)."""
     at = PointNames(len(draw.parts))
-    joints, loads, sensors = {}, {"gravity": fb.Gravity(y=-GRAVITY)}, {}
+    joints = {}
+    loads = {"gravity": fb.Gravity(y=-GRAVITY)}
+    sensors = {}
     for k, link in enumerate(draw.links):
         joints[f"J{k}"] = joint(link, at)
         if link.friction:
@@ -123,13 +125,15 @@ def mechanism(draw: Draw, velocities: np.ndarray) -> fb.Mechanism:
         sensors[f"friction B{k}"] = fb.contact.FrictionForce(f"B{k}", angular=True)
     bodies = rigid_bodies(draw.parts, velocities, at)
     for name in bodies:
-        sensors[f"place {name}"], sensors[f"angle {name}"] = fb.Position(name), fb.Angle(name)
+        sensors[f"place {name}"] = fb.Position(name)
+        sensors[f"angle {name}"] = fb.Angle(name)
     return fb.Mechanism(bodies=bodies, joints=joints, loads=loads, sensors=sensors)
 
 
 def joint(link: Link, at: PointNames):
     """Return the joint of flexband."""
-    a, b = at(link.first), at(link.second)
+    a = at(link.first)
+    b = at(link.second)
     friction = link.friction.made() if link.friction else None
     if link.kind == "motor":
         angle = np.vectorize(lambda t: link.drive(t)[0], otypes=[float])

@@ -104,12 +104,14 @@ def blocks(rng: np.random.Generator) -> Draw:
         Link("guide", Place(0, 0.0, 0.0), ground(), axis),
         Link("travel", Place(0, 0.0, 0.0), ground(), axis, drive=drive),
     ]
-    carried, length = rng.random() < 0.5, float(rng.uniform(0.05, 0.2))
+    carried = rng.random() < 0.5
+    length = float(rng.uniform(0.05, 0.2))
     under = Place(0, 0.3, 0.2) if carried else ground(0.3, 0.2)
     links = [*belt, Link("guide", Place(1, 0.0, 0.0), under, axis, rough(rng), length)]
     pulled = Place(1, float(a), float(b))
     holder = ground(-0.3, 0.1) if carried else Place(0, 0.0, 0.0)
-    stiffness, rest = float(10 ** rng.uniform(1.5, 3.0)), float(rng.uniform(0.3, 0.6))
+    stiffness = float(10 ** rng.uniform(1.5, 3.0))
+    rest = float(rng.uniform(0.3, 0.6))
     springs = [(pulled, holder, stiffness, rest)]
     if rng.random() < 0.5:
         parts.append(block(rng, 0.3, 0.3))
@@ -140,7 +142,8 @@ def rough_chain(rng: np.random.Generator) -> Draw:
 
 def crank_and_slider(rng: np.random.Generator) -> Draw:
     """Return a slider in a rough guide or slot, which a crank pulls by a spring."""
-    r, length = float(rng.uniform(0.05, 0.15)), float(rng.uniform(0.05, 0.2))
+    r = float(rng.uniform(0.05, 0.15))
+    length = float(rng.uniform(0.05, 0.2))
     crank = Part(1.0, 1e-2, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     slider = block(rng, 0.5, 0.0)
     kind = str(rng.choice(["guide", "slot"]))
@@ -157,7 +160,8 @@ def crank_and_slider(rng: np.random.Generator) -> Draw:
 
 def slider_crank(rng: np.random.Generator) -> Draw:
     """Return a slider–crank with a rough guide, one rough pin, and a spring at its slider."""
-    r, angle = float(rng.uniform(0.1, 0.2)), float(rng.uniform(0.3, 2.8))
+    r = float(rng.uniform(0.1, 0.2))
+    angle = float(rng.uniform(0.3, 2.8))
     reach = r * float(rng.uniform(2, 4))
     tilt = -math.asin(r * math.sin(angle) / reach)
     parts, pins, end = chain(rng, [r, reach], [angle, tilt])
@@ -170,7 +174,8 @@ def slider_crank(rng: np.random.Generator) -> Draw:
         links[1] = links[1]._replace(friction=rough(rng), length=float(rng.uniform(0.01, 0.03)))
         drive = rate_drive(float(rng.uniform(10, 40)), angle)
         links.append(Link("motor", Place(0, 0.0, 0.0), ground(), drive=drive))
-    friction, length = rough(rng, 0.05, 0.3), float(rng.uniform(0.05, 0.15))
+    friction = rough(rng, 0.05, 0.3)
+    length = float(rng.uniform(0.05, 0.15))
     links.append(Link("guide", Place(2, 0.0, 0.0), ground(), (1.0, 0.0), friction, length))
     spring = (Place(2, 0.0, 0.0), ground(x + 0.5, 0.0), float(10 ** rng.uniform(1, 2.5)), 0.5)
     kind = "driven slider–cranks" if driven else "slider–cranks"
@@ -191,7 +196,8 @@ def soft(rng: np.random.Generator) -> tuple[float, float, float]:
 
 def rolling(rng: np.random.Generator) -> Draw:
     """Return a disc that slides and rolls on a slope, a hump or in a hollow."""
-    radius, where = float(rng.uniform(0.03, 0.1)), str(rng.choice(["line", "circles", "hole"]))
+    radius = float(rng.uniform(0.03, 0.1))
+    where = str(rng.choice(["line", "circles", "hole"]))
     K, e, n = soft(rng)
     angle = math.pi / 2 + float(rng.uniform(-0.3, 0.3))
     normal = np.array([math.cos(angle), math.sin(angle)])
@@ -200,7 +206,8 @@ def rolling(rng: np.random.Generator) -> Draw:
     along = np.array([normal[1], -normal[0]]) * float(rng.normal())
     part = replace(part, velocity=(float(along[0]), float(along[1]), 4 * part.velocity[2]))
     if where == "line":
-        numbers, second = (radius, angle), -(radius - depth) * normal
+        numbers = (radius, angle)
+        second = -(radius - depth) * normal
     elif where == "circles":
         numbers = radius, float(rng.uniform(0.2, 0.5))
         second = -(sum(numbers) - depth) * normal
@@ -232,7 +239,8 @@ def rough_stops(rng: np.random.Generator) -> Draw:
     """Return a pendulum of one or two bars whose end moves between two rough stops."""
     lengths, angles = bars(rng)
     parts, pins, end = chain(rng, lengths[:2], angles[:2])
-    x, width = float(lengths[:2] @ np.cos(angles[:2])), rng.uniform(0.05, 0.2, 2)
+    x = float(lengths[:2] @ np.cos(angles[:2]))
+    width = rng.uniform(0.05, 0.2, 2)
     limits = x - float(width[0]), x + float(width[1])
     touch = Touch("stop", end, ground(), limits, law(rng))
     links = [Link("pin", first, second) for _, first, second in pins]
@@ -241,9 +249,14 @@ def rough_stops(rng: np.random.Generator) -> Draw:
 
 def brakes(rng: np.random.Generator) -> Draw:
     """Return one or two wheels on a shaft, with a brake of each, springs at their rims."""
-    count, parts, links, springs, rubbing = int(rng.integers(1, 3)), [], [], [], []
+    count = int(rng.integers(1, 3))
+    parts = []
+    links = []
+    springs = []
+    rubbing = []
     for k in range(count):
-        radius, m = float(rng.uniform(0.1, 0.3)), float(rng.uniform(0.5, 2.0))
+        radius = float(rng.uniform(0.1, 0.3))
+        m = float(rng.uniform(0.5, 2.0))
         turns = float(rng.uniform(-10, 10))
         parts.append(Part(m, m * radius**2 / 2, (0.0, 0.0, 0.0), (0.0, 0.0, turns)))
         pin = Link("pin", Place(k, 0.0, 0.0), ground())
@@ -283,7 +296,8 @@ def drawn(seed: int) -> Draw:
 def judged(seed: int, tolerance: float) -> tuple[str, str, str, float]:
     """Return the family, what became of a mechanism, why, and the CPU time of the engine [s]."""
     draw = drawn(seed)
-    reference, duration = Reference(draw), 0.5 if draw.touches else 1.0
+    reference = Reference(draw)
+    duration = 0.5 if draw.touches else 1.0
     try:
         coarse = reference.motion(np.array([0.0, duration]), rtol=1e-9).counted
         duration = duration if len(coarse) <= EVENTS else coarse[EVENTS].time
@@ -295,7 +309,8 @@ def judged(seed: int, tolerance: float) -> tuple[str, str, str, float]:
     def compared(motion: DataArray) -> tuple[bool, str]:
         inside = motion["time"].values <= last_time(motion, exact.counted, count, bool(ended))
         apart = place_error(motion, exact.places, inside, draw.size)
-        off, differ = instants(motion, exact, count), modes(motion, exact, inside)
+        off = instants(motion, exact, count)
+        differ = modes(motion, exact, inside)
         text = (
             f"{count} events, instants {off:.1e} of what is allowed, places {apart:.1e}, "
             f"{differ} other modes {ended}"
@@ -308,7 +323,8 @@ def judged(seed: int, tolerance: float) -> tuple[str, str, str, float]:
 
 def instants(motion: DataArray, exact: Motion, count: int) -> float:
     """Return the largest error of an instant at which a contact closes, over what is allowed."""
-    events, off = exact.counted, 0.0
+    events = exact.counted
+    off = 0.0
     for name in {event.name for event in events[:count] if event.what == "closes"}:
         closings = [
             (k, e.time)
@@ -324,7 +340,8 @@ def modes(motion: DataArray, exact: Motion, inside: np.ndarray) -> int:
 
     That is counted at the times of the result that are not next to an event.
     """
-    differ, events = 0, exact.counted
+    differ = 0
+    events = exact.counted
     for k, event in enumerate(events):
         inside = inside & (np.abs(exact.times - event.time) > allowed(events, k))
     for k, name in enumerate(exact.names):

@@ -82,10 +82,12 @@ def body(rng: np.random.Generator, x: float, y: float, angle: float = 0.0) -> Pa
 
 def wagons(rng: np.random.Generator) -> Struck:
     """Return blocks in rough guides and slots of any direction, two of which are linked."""
-    parts, links = [], []
+    parts = []
+    links = []
     count = int(rng.integers(2, 4))
     for k in range(count):
-        x, y = 0.5 * k, float(rng.uniform(-0.3, 0.3))
+        x = 0.5 * k
+        y = float(rng.uniform(-0.3, 0.3))
         slope = float(rng.uniform(-0.7, 0.7))
         parts.append(body(rng, x, y))
         axis = math.cos(slope), math.sin(slope)
@@ -131,7 +133,8 @@ def linkage(rng: np.random.Generator) -> Struck:
 
 def slider_crank(rng: np.random.Generator) -> Struck:
     """Return a slider–crank with rough pins and guide, whose slider or crank is caught."""
-    r, angle = float(rng.uniform(0.1, 0.2)), float(rng.uniform(0.3, 2.8))
+    r = float(rng.uniform(0.1, 0.2))
+    angle = float(rng.uniform(0.3, 2.8))
     length = r * float(rng.uniform(2, 4))
     tilt = -math.asin(r * math.sin(angle) / length)
     parts, pins, end = chain(rng, [r, length], [angle, tilt])
@@ -154,7 +157,8 @@ def slider_crank(rng: np.random.Generator) -> Struck:
 
 def wheels(rng: np.random.Generator) -> Struck:
     """Return wheels with rough axles and a brake that a gear, a clutch or a drive couples."""
-    parts, links = [], []
+    parts = []
+    links = []
     for k in range(2):
         parts.append(body(rng, 0.3 * k, 0.0, float(rng.uniform(-1, 1))))
         radius = float(rng.uniform(0.005, 0.03))
@@ -193,13 +197,16 @@ class Problem:
         n = len(given)
         right = np.concatenate([self.mass * given, np.zeros(len(self.joints))])
         self.before = bordered(self.mass, self.joints, right)[:n]
-        hard, speeds, self.one_way = [], [], []
+        hard = []
+        speeds = []
+        self.one_way = []
         for strike in struck.strikes:
             rows, targets = rows_of_strike(q, strike)
             hard += rows
             speeds += targets
             self.one_way += [strike.kind == "clutch"] * len(rows)
-        self.hard, self.speeds = np.array(hard), np.array(speeds)
+        self.hard = np.array(hard)
+        self.speeds = np.array(speeds)
         self.rough = [k for k, link in enumerate(draw.links) if link.friction]
         rows = [sliding_row(q, draw.links[k]) for k in self.rough]
         self.sliding = np.array(rows).real.reshape(-1, n)
@@ -209,9 +216,11 @@ class Problem:
 
     def normal(self, reactions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the normal impulses and their derivatives by those of the joints."""
-        value, gradient = np.zeros(len(self.rough)), np.zeros((len(self.rough), len(reactions)))
+        value = np.zeros(len(self.rough))
+        gradient = np.zeros((len(self.rough), len(reactions)))
         for row, k in enumerate(self.rough):
-            first, link = self.first[k], self.draw.links[k]
+            first = self.first[k]
+            link = self.draw.links[k]
             count = 1 if link.kind == "slot" else 2
             part = slice(first, first + count)
             value[row], gradient[row, part] = normal_force(link, reactions[part])
@@ -235,8 +244,10 @@ class Problem:
 
     def of_modes(self, lock: np.ndarray, modes: np.ndarray) -> list[np.ndarray]:
         """Return the velocities with which friction sticks (0) or slides (±1) consistently."""
-        n, joints = len(self.mass), len(self.joints)
-        sticks, slides = modes == 0, np.flatnonzero(modes)
+        n = len(self.mass)
+        joints = len(self.joints)
+        sticks = modes == 0
+        slides = np.flatnonzero(modes)
         G = np.concatenate([self.joints, self.hard[lock], self.sliding[sticks]])
         if len(G) > n or np.linalg.matrix_rank(G / np.sqrt(self.mass)) < len(G):
             return []
@@ -244,7 +255,8 @@ class Problem:
         columns[:n, 0] = self.mass * self.before
         columns[n + joints : n + joints + lock.sum(), 0] = self.speeds[lock]
         columns[:n, 1:] = -self.sliding[slides].T
-        solution, results = bordered(self.mass, G, columns), []
+        solution = bordered(self.mass, G, columns)
+        results = []
         for start in itertools.product((0.0, 1.0, -1.0), repeat=len(slides)):
             f = self.impulses(solution[n : n + joints], modes, slides, np.array(start))
             if f is None:
@@ -271,8 +283,10 @@ class Problem:
 
     def consistent(self, x, lock, sticks, modes, slides) -> bool:
         """Return whether Moreau's law holds, and one-way clutches push one way only."""
-        n, joints = len(self.mass), len(self.joints)
-        v, p = x[:n], x[n:]
+        n = len(self.mass)
+        joints = len(self.joints)
+        v = x[:n]
+        p = x[n:]
         largest = np.abs(p).max(initial=0.0)
         normal, _ = self.normal(p[:joints])
         held = p[joints + int(lock.sum()) :]
@@ -295,8 +309,10 @@ class Problem:
 
 def rows_of_strike(q: np.ndarray, strike: Strike) -> tuple[list[np.ndarray], list[float]]:
     """Return the rows of what becomes active, and the speeds that it prescribes."""
-    i, j = strike.first.body, strike.second.body
-    p, r = placed(q, strike.first), placed(q, strike.second)
+    i = strike.first.body
+    j = strike.second.body
+    p = placed(q, strike.first)
+    r = placed(q, strike.second)
     if strike.kind in ("drive", "clutch"):
         return [spin(q, i, j).real], [strike.number]
     if strike.kind == "gear":
@@ -307,7 +323,8 @@ def rows_of_strike(q: np.ndarray, strike: Strike) -> tuple[list[np.ndarray], lis
     if strike.kind == "pin":
         axes = (1.0, 0.0), (0.0, 1.0)
         return [apart(q, (i, p), (j, p), axis).real for axis in axes], [0.0, 0.0]
-    x, y = (p[0] - r[0]).real, (p[1] - r[1]).real
+    x = (p[0] - r[0]).real
+    y = (p[1] - r[1]).real
     d = math.hypot(x, y)
     return [apart(q, (i, p), (j, r), (x / d, y / d)).real], [0.0]
 
@@ -328,7 +345,8 @@ def model_of(struck: Struck, velocities: np.ndarray, *, kind: str = "switched") 
 
     What becomes active is "switched", a "new" joint, or "none".
     """
-    draw, at = struck.draw, PointNames(len(struck.draw.parts))
+    draw = struck.draw
+    at = PointNames(len(struck.draw.parts))
     joints = {f"J{k}": joint(link, at) for k, link in enumerate(draw.links)}
     loads: dict = {"gravity": fb.Gravity()}
     for k, brake in enumerate(draw.brakes):
@@ -337,7 +355,8 @@ def model_of(struck: Struck, velocities: np.ndarray, *, kind: str = "switched") 
             radius=brake.radius, force=brake.force(0.0),
         )  # fmt: skip
     for k, strike in enumerate(struck.strikes):
-        a, b = at(strike.first), at(strike.second)
+        a = at(strike.first)
+        b = at(strike.second)
         if strike.kind == "clutch":
             loads[f"S{k}"] = fb.contact.OneWayClutch(a, b)
         elif kind == "new":
@@ -351,7 +370,8 @@ def model_of(struck: Struck, velocities: np.ndarray, *, kind: str = "switched") 
     for name in model.bodies:
         sensors[f"v {name}"] = fb.Velocity(name)
         sensors[f"w {name}"] = fb.AngularVelocity(name)
-        sensors[f"p {name}"], sensors[f"a {name}"] = fb.Position(name), fb.Angle(name)
+        sensors[f"p {name}"] = fb.Position(name)
+        sensors[f"a {name}"] = fb.Angle(name)
     for name in [*joints, *(name for name in loads if name[0] in "SB")]:
         sensors[f"work {name}"] = fb.Work(name)
     for name, part in joints.items():
@@ -376,7 +396,8 @@ def goes_on(struck: Struck) -> tuple[Struck, xr.DataArray]:
     """Return the mechanism as it is after a short motion, and that motion."""
     free = model_of(struck, Problem(struck).before.reshape(-1, 3), kind="none")
     earlier = fb.simulate(free, duration=BEFORE, step=BEFORE, keep_state=True)
-    end, parts = earlier.isel(time=-1), []
+    end = earlier.isel(time=-1)
+    parts = []
     for k, part in enumerate(struck.draw.parts):
         numbers = [
             float(end.sel(output=n))
@@ -400,7 +421,8 @@ def judged(seed: int, *, new_joint: bool = False) -> tuple[str, str, str]:
     """
     rng = np.random.default_rng(seed)
     struck = FAMILIES[seed % len(FAMILIES)](rng)
-    kind, earlier = struck.draw.kind, None
+    kind = struck.draw.kind
+    earlier = None
     if new_joint:
         if any(strike.kind in ("clutch", "pin") for strike in struck.strikes):
             return kind, "left out", "a new joint must be met"
@@ -423,7 +445,8 @@ def judged(seed: int, *, new_joint: bool = False) -> tuple[str, str, str]:
     ]
     v = motion.sel(output=names).values
     off = min((np.abs(v - s).max() for s in solutions), default=math.inf) / problem.scale
-    before, after = problem.energy(problem.before), float(motion.sel(output="T"))
+    before = problem.energy(problem.before)
+    after = float(motion.sel(output="T"))
     balance = abs(before - lost - after) / before
     text = f"{expected} solution, speeds {off:.1e}, balance {balance:.1e}"
     right = off < SPEED and balance < ENERGY

@@ -110,7 +110,8 @@ class Reference:
             (damping(rough.touch.law[1]), damping_ratio(rough.touch.law[1]))
             for rough in draw.touches
         ]
-        self.evaluations, self.fastest = 0, 0.0
+        self.evaluations = 0
+        self.fastest = 0.0
 
     def coefficients(self, mu: list[float]) -> np.ndarray:
         """Return friction over what it is proportional to: sin(arctan µ) of pins, µ of others."""
@@ -150,23 +151,29 @@ class Reference:
         F = np.zeros(len(self.mass))
         F[1::3] = -GRAVITY * self.mass[1::3]
         for a, b, stiffness, rest in self.draw.springs:
-            p, r = placed(q, a), placed(q, b)
-            x, y = (p[0] - r[0]).real, (p[1] - r[1]).real
+            p = placed(q, a)
+            r = placed(q, b)
+            x = (p[0] - r[0]).real
+            y = (p[1] - r[1]).real
             d = math.hypot(x, y)
             F -= stiffness * (d - rest) * apart(q, (a.body, p), (b.body, r), (x / d, y / d)).real
         return F
 
     def pressed(self, t: float, q: np.ndarray, v: np.ndarray, state: State):
         """Return normal forces that do not depend on reactions, and the forces of contacts."""
-        normal, F, k = np.zeros(len(self.laws)), np.zeros(len(self.mass)), 0
+        normal = np.zeros(len(self.laws))
+        F = np.zeros(len(self.mass))
+        k = 0
         J = self.joint_rows(q).real
         for rough, damps in zip(self.draw.touches, self.damping, strict=True):
             K, _, exponent = rough.touch.law
             for meeting in meetings(q, rough.touch):
-                depth, w = -meeting.gap.real, meeting.normal.real
+                depth = -meeting.gap.real
+                w = meeting.normal.real
                 if state.closed[k] and depth > 0.0:
                     free = bordered(self.mass, J, np.concatenate([w, np.zeros(len(J))]))
-                    law, mass = (K, exponent, *damps), 1.0 / (w @ free[: len(w)])
+                    law = (K, exponent, *damps)
+                    mass = 1.0 / (w @ free[: len(w)])
                     force = push(depth, -(w @ v), law, state.begun[k], state.over[k], mass)
                     normal[self.contacts.start + k] = force
                     F += normal[self.contacts.start + k] * w
@@ -179,12 +186,16 @@ class Reference:
         self.evaluations += 1
         if self.evaluations > MOST:
             raise TooLongError
-        n, v = len(self.mass), y[len(self.mass) :]
+        n = len(self.mass)
+        v = y[len(self.mass) :]
         q = y[:n] + 1j * STEP * v
-        J, W = self.joint_rows(q), self.sliding_rows(q)
+        J = self.joint_rows(q)
+        W = self.sliding_rows(q)
         pressed, F = self.pressed(t, q, v, state)
-        speed, bent = W.real @ v, W.imag @ v / STEP
-        sticks, slides = np.flatnonzero(state.modes == 0), np.flatnonzero(abs(state.modes) == 1)
+        speed = W.real @ v
+        bent = W.imag @ v / STEP
+        sticks = np.flatnonzero(state.modes == 0)
+        slides = np.flatnonzero(abs(state.modes) == 1)
         rows = np.concatenate([J.real, W.real[sticks]])
         # one column of what is given, and one for 1 N of friction of each row that slides
         columns = np.zeros((n + len(rows), 1 + len(slides)))
@@ -197,7 +208,8 @@ class Reference:
         f, normal = self.friction(solution[n : n + len(J)], pressed, slides, *sliding)
         x = solution @ np.concatenate([[1.0], f])
         force = np.zeros(len(self.laws))
-        force[slides], force[sticks] = f, x[n + len(J) :]
+        force[slides] = f
+        force[sticks] = x[n + len(J) :]
         return Balance(x[:n], force, self.static * normal, speed, W.real @ x[:n] + bent)
 
     def sliding(self, slides: np.ndarray, modes: np.ndarray, speed: np.ndarray):
@@ -226,9 +238,11 @@ class Reference:
 
     def normal_forces(self, reactions: np.ndarray, given: np.ndarray):
         """Return what friction is proportional to, row by row, and its derivative by reactions."""
-        value, gradient = given.copy(), np.zeros((len(given), len(reactions)))
+        value = given.copy()
+        gradient = np.zeros((len(given), len(reactions)))
         for row, k in enumerate(self.rough):
-            first, link = self.first_row[k], self.draw.links[k]
+            first = self.first_row[k]
+            link = self.draw.links[k]
             count = 1 if link.kind == "slot" else 2
             part = slice(first, first + count)
             value[row], gradient[row, part] = normal_force(link, reactions[part])
@@ -247,7 +261,9 @@ class Reference:
         JammedError
             If no modes are found with which all is as it should be.
         """
-        modes, released, margin = state.modes.copy(), released.copy(), math.inf
+        modes = state.modes.copy()
+        released = released.copy()
+        margin = math.inf
         for _ in range(4 * len(modes) + 1):
             if not self.independent(y, modes):  # a drive moves on what has come to rest
                 forced = np.flatnonzero((stopped != 0) & (modes == 0))
@@ -261,7 +277,8 @@ class Reference:
             margin = np.abs(ratio[sticks] - 1.0).min(initial=margin)
             if ratio.max(initial=0.0) > 1.0 + 1e-9:
                 k = int(np.argmax(ratio))
-                modes[k], released[k] = np.sign(trial.force[k]), True
+                modes[k] = np.sign(trial.force[k])
+                released[k] = True
                 continue
             if (released & (modes * trial.rate < -1e-9 * (1 + np.abs(trial.rate)))).any():
                 raise JammedError
@@ -273,7 +290,8 @@ class Reference:
         gap, rates = self.gaps(y)
         closed = np.array([self.draw.touches[k].closed for k in self.gap_touch], dtype=bool)
         closed &= gap < 0.0
-        speed, none = self.speeds(y), np.zeros(len(self.laws))
+        speed = self.speeds(y)
+        none = np.zeros(len(self.laws))
         modes = np.where(np.abs(speed) < REST, 0.0, np.sign(speed))
         modes[self.contacts] = np.where(closed, modes[self.contacts], np.nan)
         state = State(modes, closed, np.maximum(-rates, LAW["least_speed"]), closed & False)
@@ -283,12 +301,16 @@ class Reference:
         self, t: float, y: np.ndarray, state: State, struck: np.ndarray
     ) -> tuple[State, list]:
         """Return the state after events, given which of `watched` struck, and the events."""
-        count, was = len(state.closed), state.modes
+        count = len(state.closed)
+        was = state.modes
         _, rates = self.gaps(y)
-        closing, opening = ~state.closed & struck[:count], state.closed & struck[:count]
-        modes, speed = was.copy(), self.speeds(y)
+        closing = ~state.closed & struck[:count]
+        opening = state.closed & struck[:count]
+        modes = was.copy()
+        speed = self.speeds(y)
         of_contacts = modes[self.contacts]
-        of_contacts[closing], of_contacts[opening] = np.sign(speed[self.contacts][closing]), np.nan
+        of_contacts[closing] = np.sign(speed[self.contacts][closing])
+        of_contacts[opening] = np.nan
         modes[self.contacts] = of_contacts
         rough = struck[count : count + len(self.names)]
         stopped = np.where(rough & (np.abs(was) == 1) & ~np.isnan(modes), was, 0.0)
@@ -322,7 +344,8 @@ class Reference:
         JammedError
             If the modes of friction are not unique.
         """
-        self.evaluations, self.fastest = 0, 0.0
+        self.evaluations = 0
+        self.fastest = 0.0
         n, t = len(self.mass), float(times[0])
         y = np.concatenate([self.start, self.velocities()])
         state, kept = self.begin(y), Motion.empty(times, n, self.names)
@@ -339,8 +362,10 @@ class Reference:
             for m in np.flatnonzero((times >= t) & (times <= part.t[-1])):
                 at_time = part.sol(times[m])
                 solved = self.balance(times[m], at_time, state)
-                kept.places[m], kept.modes[m] = at_time[:n], state.modes
-                kept.force[m], kept.speed[m] = solved.force, solved.speed
+                kept.places[m] = at_time[:n]
+                kept.modes[m] = state.modes
+                kept.force[m] = solved.force
+                kept.speed[m] = solved.speed
             y, t = part.y[:, -1], float(part.t[-1])
             struck = np.array([len(moments) > 0 for moments in part.t_events])
             if struck.any():
@@ -386,7 +411,8 @@ class Reference:
             impact = state.closed[k] and not state.over[k]
             functions.append((lambda _, y, k=k: self.gaps(y)[1][k]) if impact else (lambda *_: 1.0))
         for function in functions:
-            function.terminal, function.direction = True, -1.0
+            function.terminal = True
+            function.direction = -1.0
         return functions
 
     def reserve(self, t: float, y: np.ndarray, state: State, k: int) -> float:
@@ -421,8 +447,10 @@ class Motion:
 
 def bordered(mass: np.ndarray, J: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Return x and λ of M x + Jᵀλ and J x, which are one column or several."""
-    n, m = len(mass), len(J)
+    n = len(mass)
+    m = len(J)
     A = np.zeros((n + m, n + m))
     A[range(n), range(n)] = mass
-    A[n:, :n], A[:n, n:] = J, J.T
+    A[n:, :n] = J
+    A[:n, n:] = J.T
     return np.linalg.solve(A, right)

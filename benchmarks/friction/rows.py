@@ -21,7 +21,8 @@ def placed(q: np.ndarray, place: Place):
     if place.body == GROUND:
         return place.x, place.y
     x, y, angle = q[3 * place.body : 3 * place.body + 3]
-    c, s = cmath.cos(angle), cmath.sin(angle)
+    c = cmath.cos(angle)
+    s = cmath.sin(angle)
     return x + c * place.x - s * place.y, y + s * place.x + c * place.y
 
 
@@ -29,7 +30,8 @@ def turned(q: np.ndarray, body: int, axis: tuple[float, float]):
     """Return a direction that is given in the axes of a body, and the one to its left."""
     x, y = np.array(axis) / np.hypot(*axis)
     angle = 0.0 if body == GROUND else q[3 * body + 2]
-    c, s = cmath.cos(angle), cmath.sin(angle)
+    c = cmath.cos(angle)
+    s = cmath.sin(angle)
     t = c * x - s * y, s * x + c * y
     return t, (-t[1], t[0])
 
@@ -56,7 +58,8 @@ def spin(q: np.ndarray, first: int, second: int, radius: float = 1.0) -> np.ndar
 
 def rows_of(q: np.ndarray, link: Link) -> list[np.ndarray]:
     """Return the rows of a joint."""
-    i, j = link.first.body, link.second.body
+    i = link.first.body
+    j = link.second.body
     p = placed(q, link.first)
     t, n = turned(q, j, link.axis)
     if link.kind == "pin":
@@ -70,7 +73,8 @@ def rows_of(q: np.ndarray, link: Link) -> list[np.ndarray]:
 
 def sliding_row(q: np.ndarray, link: Link) -> np.ndarray:
     """Return w of the sliding speed of a joint."""
-    i, j = link.first.body, link.second.body
+    i = link.first.body
+    j = link.second.body
     if link.kind == "pin":
         return spin(q, i, j, link.length)
     p = placed(q, link.first)
@@ -84,7 +88,8 @@ def normal_force(link: Link, reactions: np.ndarray) -> tuple[float, np.ndarray]:
         return value, reactions / max(value, 1e-300)
     if link.kind == "slot":
         return abs(float(reactions[0])), np.sign(reactions)
-    value, gradient = 0.0, np.zeros(2)
+    value = 0.0
+    gradient = np.zeros(2)
     for end in (0.5, -0.5):  # of the guide
         N = reactions[0] / 2 + end * 2 * reactions[1] / link.length
         value += abs(float(N))
@@ -104,7 +109,8 @@ def meetings(q: np.ndarray, touch: Touch) -> list[Meeting]:
     """Return the gaps of a contact."""
     kind, a, b, numbers, _ = touch
     (cx, cy), other = placed(q, a), placed(q, b)
-    x, y = cx - other[0], cy - other[1]
+    x = cx - other[0]
+    y = cy - other[1]
     of_walls = []  # gap, normal and radius
     if kind == "line":
         radius, angle = numbers
@@ -115,7 +121,8 @@ def meetings(q: np.ndarray, touch: Touch) -> list[Meeting]:
             n, _ = turned(q, b.body, (side, 0.0))
             of_walls.append((n[0] * x + n[1] * y - height, n, 0.0))
     else:
-        d, radius = cmath.sqrt(x * x + y * y), numbers[0]
+        d = cmath.sqrt(x * x + y * y)
+        radius = numbers[0]
         n = (-x / d, -y / d) if kind == "hole" else (x / d, y / d)
         gap = numbers[1] - radius - d if kind == "hole" else d - radius - numbers[1]
         of_walls = [(gap, n, radius)]

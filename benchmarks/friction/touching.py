@@ -169,7 +169,8 @@ def judged(seed: int) -> tuple[str, str, str]:
         m.sel(output=["p_X", "p_Y"]).values[:, chosen].mean(axis=1)
         for m, chosen in ((touching, [0]), (touching, compared), (falling, compared))
     )
-    travel, off = np.abs(here - start).max(), np.abs(here - there).max()
+    travel = np.abs(here - start).max()
+    off = np.abs(here - there).max()
     allowed = TRAVEL * travel + 10.0 * FALL * body.size
     text = f"off by {off:.1e} m of {travel:.1e} m, {compared.mean():.0%} of the time"
     return body.kind, "right" if off <= allowed else "different", text

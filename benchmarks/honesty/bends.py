@@ -68,7 +68,9 @@ class Swing:
         """Return mean and variance at e (nodes,), each of shape (nodes, times)."""
         tau = np.linspace(0.0, 1.0, self.times)
         clock = TAU * self.periods * np.outer(1 + self.detuning * e, tau)
-        first, second, square = np.exp(1j * (clock + self.start)), np.exp(2j * clock), 1.0
+        first = np.exp(1j * (clock + self.start))
+        second = np.exp(2j * clock)
+        square = 1.0
         second *= np.exp(2j * self.start)
         z, weights = rule("normal", points)
         for variable, turn, size in zip(self.variables, self.turns, self.sizes, strict=True):
@@ -165,7 +167,8 @@ def truncated(r: Random, most: float) -> Variable:
     """Draw a normal amplitude that is cut on both sides, below `most`."""
     mean = most * r.uniform(0.25, 0.7)
     std = mean * r.uniform(0.05, 0.3)
-    lower, upper = max(mean - 3 * std, 0.05 * mean), min(mean + 3 * std, 0.97 * most)
+    lower = max(mean - 3 * std, 0.05 * mean)
+    upper = min(mean + 3 * std, 0.97 * most)
     ends = ndtr(np.array([lower - mean, upper - mean]) / std)
 
     def of_normal(z: np.ndarray) -> np.ndarray:
@@ -176,9 +179,12 @@ def truncated(r: Random, most: float) -> Variable:
 
 def bent(name: str, seed: int, r: Random) -> Case:
     """Draw frequencies that are functions of one to three random inputs, which are not linear."""
-    count, number = r.uniform(5.0, 60.0), int(r.integers(1, 4))
+    count = r.uniform(5.0, 60.0)
+    number = int(r.integers(1, 4))
     most = 10 ** r.uniform(-0.3, 1.0) / (TAU * count * np.sqrt(number))  # rad at the end
-    variables, turns, sizes = [], [], []
+    variables = []
+    turns = []
+    sizes = []
     for _ in range(number):
         variable = normal(r) if r.random() < 0.5 else positive(r)
         z = np.linspace(-2.0, 2.0, 81)
@@ -197,14 +203,16 @@ def bent(name: str, seed: int, r: Random) -> Case:
 
 def swinging(name: str, seed: int, r: Random) -> Case:
     """Draw pendulums of random amplitude, below the upright position."""
-    count, amplitude = r.uniform(5.0, 60.0), truncated(r, np.pi)
+    count = r.uniform(5.0, 60.0)
+    amplitude = truncated(r, np.pi)
     shared = amplitude, pendulum, count, _detuning(r, count), _times(count)
     return _case(name, seed, Anharmonic(*shared), [amplitude], r)
 
 
 def stiffening(name: str, seed: int, r: Random) -> Case:
     """Draw Duffing's oscillators of random amplitude, of stiffening and of softening springs."""
-    count, b = r.uniform(5.0, 60.0), r.choice([-1.0, 1.0]) * 10 ** r.uniform(-2, 0)
+    count = r.uniform(5.0, 60.0)
+    b = r.choice([-1.0, 1.0]) * 10 ** r.uniform(-2, 0)
     amplitude = truncated(r, 0.9 if b < 0 else 1.5)
     shared = amplitude, duffing(float(b)), count, _detuning(r, count), _times(count)
     return _case(name, seed, Anharmonic(*shared), [amplitude], r)
@@ -234,7 +242,8 @@ def _case(
     name: str, seed: int, of: Swing | Anharmonic, variables: Sequence[Variable], r: Random
 ) -> Case:
     """Return the case of an oscillation with an interval input that scales its frequency."""
-    duration, scale = 10 ** r.uniform(-2, 1), 10 ** r.uniform(-1, 3)
+    duration = 10 ** r.uniform(-2, 1)
+    scale = 10 ** r.uniform(-1, 3)
     labels = {"output": ["q0"], "time": duration * np.linspace(0.0, 1.0, of.times)}
     inputs = {f"x{k}": variable.given for k, variable in enumerate(variables)}
 

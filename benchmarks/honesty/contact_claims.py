@@ -49,11 +49,13 @@ from benchmarks.honesty.rates import (
 from benchmarks.honesty.references import grid
 from flexband.uncertainty.surrogates.diagnostics import unseen_share
 
-TIMES, FINER = 40, 32
+TIMES = 40
+FINER = 32
 """Number of steps between output times, and into how many parts references divide these."""
 
 TOLERANCE = 0.01
-RANDOM_NODES, INTERVAL_NODES = (37, 19, 13), (33, 17, 9)
+RANDOM_NODES = (37, 19, 13)
+INTERVAL_NODES = (33, 17, 9)
 """Numbers of points from −4.5 to 4.5 standard deviations, and from end to end of an interval."""
 
 DIMENSIONS = [(0, 2), (1, 1), (2, 0), (0, 3), (1, 2), (2, 1), (0, 4), (2, 2)]
@@ -83,7 +85,8 @@ class Reference:
         runs = self.more if between else self.runs
         mean = np.einsum("r,erot->eot", self.weights, runs)
         deviation = np.sqrt(np.einsum("r,erot->eot", self.weights, (runs - mean[:, None]) ** 2))
-        low, high = mean - sigmas * deviation, mean + sigmas * deviation
+        low = mean - sigmas * deviation
+        high = mean + sigmas * deviation
         return np.stack([mean.min(axis=0), mean.max(axis=0)]), np.stack(
             [low.min(axis=0), high.max(axis=0)]
         )
@@ -112,7 +115,8 @@ class Drawn:
         normal = [k for k, v in self.inputs.items() if v.random]
         intervals = [k for k, v in self.inputs.items() if not v.random]
         a, b = self.points
-        x, y = np.linspace(-4.5, 4.5, a), np.linspace(-1.0, 1.0, b)
+        x = np.linspace(-4.5, 4.5, a)
+        y = np.linspace(-1.0, 1.0, b)
         xi = grid(*[x] * len(normal)) if normal else np.zeros((1, 0))
         eta = grid(*[y] * len(intervals)) if intervals else np.zeros((1, 0))
         values = {}
@@ -121,10 +125,12 @@ class Drawn:
             values[name] = np.tile(given.mean + given.std * xi[:, k], len(eta))
         for k, name in enumerate(intervals):
             given = self.inputs[name]
-            middle, half = (given.upper + given.lower) / 2, (given.upper - given.lower) / 2
+            middle = (given.upper + given.lower) / 2
+            half = (given.upper - given.lower) / 2
             values[name] = np.repeat(middle + half * eta[:, k], len(xi))
         made, more = (response(**values) for response in (self.response, self.finer))
-        points, both = (*[b] * len(intervals), *[a] * len(normal)), []
+        points = (*[b] * len(intervals), *[a] * len(normal))
+        both = []
         for step in (1, 2):
             one = np.exp(-0.5 * x[::step] ** 2)
             weights = grid(*[one / one.sum()] * len(normal)).prod(axis=1) if normal else np.ones(1)
@@ -202,7 +208,8 @@ def varying_outputs(reference: Reference, units: np.ndarray) -> np.ndarray:
     That is large where a constraint keeps one component of a vector, but the other one moves.
     """
     bar = reference.bands()[1]
-    width, size = np.ptp(bar, axis=0).max(axis=-1), np.abs(bar).max(axis=(0, 2))
+    width = np.ptp(bar, axis=0).max(axis=-1)
+    size = np.abs(bar).max(axis=(0, 2))
     size = np.array([size[units == unit].max() for unit in units])
     return np.flatnonzero(width > ROUND_OFF * size)
 
@@ -215,13 +222,15 @@ def requirements(
     rng: np.random.Generator,
 ) -> tuple[list[fb.Requirement], list[list[bool]]]:
     """Return requirements near what outputs reach, and whether each reference has them met."""
-    made, met = [], []
+    made = []
+    met = []
     ends = [reference.bands(SIGMAS)[1] for reference in references]
     between = [reference.bands(SIGMAS, between=True)[1] for reference in references]
     width = np.ptp(ends[0], axis=0).mean(axis=-1)
     random = any(given.random for given in drawn.inputs.values())
     for o in rng.permutation(varying)[:2]:
-        side, margin = rng.choice(["below", "above"]), width[o] * 10 ** rng.uniform(-2, 0)
+        side = rng.choice(["below", "above"])
+        margin = width[o] * 10 ** rng.uniform(-2, 0)
         margin *= rng.choice([-1.0, 1.0])
         reached, *of_side = (
             bar[1, o].max() if side == "below" else -bar[0, o].min()
@@ -272,7 +281,8 @@ def _judged(
     varying = varying_outputs(references[0], units.values)
     if not len(varying):
         return {"failure": "no output depends on the inputs"}
-    limits, met = list[fb.Requirement](), list[list[bool]]()
+    limits = list[fb.Requirement]()
+    met = list[list[bool]]()
     if rng is not None:
         limits, met = requirements(drawn, units["output"].values, varying, references, rng)
     scatter = {k: fb.Uniform(v.lower, v.upper) for k, v in drawn.inputs.items() if not v.random}

@@ -24,7 +24,8 @@ def law(stiffness, restitution, exponent=1.5) -> fb.contact.NormalLaw:
 
 def cam(mass, stiffness, preload, eccentricity, speed, restitution):
     """Return a follower on an eccentric disc."""
-    radius, face = 0.03, law(1e6, restitution, 1.0)
+    radius = 0.03
+    face = law(1e6, restitution, 1.0)
     depth = (preload + mass * eccentricity * speed**2) / face.stiffness
     height = radius - eccentricity - depth
     disc = fb.RigidBody(
@@ -131,7 +132,8 @@ def rough_crank(crank, rod, stiffness, load, speed, guide, pin):
 
 def crank_with_play(crank, rod, stiffness, load, speed, play, restitution):
     """Return a slider–crank whose guide has play, and whose pin is above the slider's middle."""
-    smooth, high = mechanisms.slider_crank(crank, rod, stiffness, 0.0, load, speed), 0.01
+    smooth = mechanisms.slider_crank(crank, rod, stiffness, 0.0, load, speed)
+    high = 0.01
     slider = fb.RigidBody(
         mass=load, inertia=0.01, position=(crank + rod, -high), points={"pin": (0.0, high)}
     )
@@ -228,7 +230,9 @@ class Family:
     runs: int = 1200
 
 
-MASS, RESTITUTION, FRICTION = (0.5, 2.0, 0.1), (0.3, 0.9, 0.05), (0.05, 0.4, 0.15)
+MASS = (0.5, 2.0, 0.1)
+RESTITUTION = (0.3, 0.9, 0.05)
+FRICTION = (0.05, 0.4, 0.15)
 CRANK = {
     "crank": (0.1, 0.2, 0.02), "rod": (0.4, 0.5, 0.02), "stiffness": (200.0, 1000.0, 0.1),
     "load": (2.0, 6.0, 0.1),

@@ -72,7 +72,8 @@ def _case(
     inputs: dict[str, object] = {}
     count = int(rng.integers(1, min(most, len(nominal)) + 1))
     for name in map(str, rng.permutation(list(nominal))[:count]):
-        value, radius = nominal.pop(name), parameters[name][1] * 10 ** rng.uniform(-0.7, 0)
+        value = nominal.pop(name)
+        radius = parameters[name][1] * 10 ** rng.uniform(-0.7, 0)
         ends = value * (1 - radius), value * (1 + radius)
         if rng.random() < 0.5:
             inputs[name] = fb.Interval(*ends)
@@ -137,7 +138,9 @@ def chain(rng: np.random.Generator) -> CoarseMechanism:
     damping = 10 ** rng.uniform(-4, -2)
 
     def builder(stiffness, density, lean):
-        bodies, joints, end = {}, {}, (0.0, 0.0)
+        bodies = {}
+        joints = {}
+        end = (0.0, 0.0)
         loads: dict[str, object] = {"gravity": fb.Gravity()}
         for k in range(count):
             angle = angles[k] + lean
@@ -161,11 +164,14 @@ def chain(rng: np.random.Generator) -> CoarseMechanism:
 def cantilever(rng: np.random.Generator) -> CoarseMechanism:
     """Return a beam that rings after a load, sudden or within a while."""
     length, slenderness = rng.uniform(0.2, 1.0), rng.uniform(10, 60)
-    height, density = length / slenderness, 2000.0
+    height = length / slenderness
+    density = 2000.0
     modulus = 10 ** rng.uniform(8, 11)
-    area, second = 0.02 * height, 0.02 * height**3 / 12
+    area = 0.02 * height
+    second = 0.02 * height**3 / 12
     period = 2 * np.pi / 3.516 * length**2 * np.sqrt(density * area / (modulus * second))
-    size, rise = 0.3 * modulus * second / length**2, rng.uniform(0, 1) * period
+    size = 0.3 * modulus * second / length**2
+    rise = rng.uniform(0, 1) * period
     damping = float(rng.choice([0.0, 0.003])) * period
 
     def builder(modulus, density, load, elements):

@@ -102,10 +102,12 @@ def counted_work() -> Iterator[list[float]]:
 def judged(kind: str, seed: int) -> dict[str, object]:
     """Return what is known of a case, as numbers and texts."""
     rng = np.random.default_rng([seed, zlib.crc32(kind.encode())])
-    drawn, begin = DRAWS[kind](rng), time.process_time()
+    drawn = DRAWS[kind](rng)
+    begin = time.process_time()
     record: dict[str, object] = {"kind": kind, "seed": seed, "free": drawn.free}
     try:
-        bands_of, work = {}, {}
+        bands_of = {}
+        work = {}
         for correct in (False, True):
             with counted_work() as calls, warnings.catch_warnings(record=True) as issued:
                 warnings.simplefilter("always", fb.errors.FlexbandWarning)
@@ -161,7 +163,8 @@ def gain(record: Mapping) -> float:
     It is that of the corrected outputs, whose errors the correction changes. Uncorrected errors are
     taken to fall with the square of the step.
     """
-    plain, corrected = record["plain"], record["corrected"]
+    plain = record["plain"]
+    corrected = record["corrected"]
     pairs = zip(plain["true"], corrected["true"], strict=True)
     changed = [(before, after) for before, after in pairs if before != after]
     before, after = (max(values, default=1.0) for values in zip(*changed, strict=True))

@@ -114,7 +114,9 @@ def case(seed: int) -> list[dict]:
     r = np.random.default_rng([seed, 99])
     wave = Wave.drawn(r)
     times = np.linspace(0.0, 1.0, int(r.integers(18 * wave.frequency + 12, 90)))
-    response, drawn, requirements = wave.response(times), [], []
+    response = wave.response(times)
+    drawn = []
+    requirements = []
     every = np.linspace(0.0, 1.0, FINE)
     width = float(np.mean(highest_bar(wave, every, 1.0)
                           + highest_bar(Wave(wave.size, wave.frequency, wave.start + np.pi,
@@ -126,13 +128,16 @@ def case(seed: int) -> list[dict]:
         fine = np.linspace(*(during or (0.0, 1.0)), FINE)
         part = float(r.choice([-1.0, 1.0]) * 10 ** r.uniform(-2.5, -0.3))
         if kind == "worst case":
-            bound, margin = float(highest_bar(wave, fine, 3.0).max()) + part * width, part
-            criterion, clear = fb.analysis.WorstCase(3.0), abs(part) > 0.003
+            bound = float(highest_bar(wave, fine, 3.0).max()) + part * width
+            margin = part
+            criterion = fb.analysis.WorstCase(3.0)
+            clear = abs(part) > 0.003
         else:
             peaks = peaks_of_samples(wave, fine, seed, scattered=kind != "probability")
             allowed = float(10 ** r.uniform(-2.5, -0.5))
             exact = limit_of(peaks, allowed)
-            bound, margin = exact + part * width, part
+            bound = exact + part * width
+            margin = part
             true = probability(peaks, bound)
             clear = not allowed / 1.15 < true < allowed * 1.15
             make = fb.analysis.Probability if kind == "probability" else fb.analysis.ShareOfParts

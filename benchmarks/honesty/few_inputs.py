@@ -27,13 +27,16 @@ class Polynomial:
         self.names = [f"p{k:02d}" for k in range(int(r.integers(10, 31)))]
         random = r.random(len(self.names)) < 0.6
         which = r.permutation(len(self.names))[:ACTIVE]
-        random[which[0]], random[which[1]] = False, True  # both kinds matter
+        random[which[0]] = False
+        random[which[1]] = True  # both kinds matter
         self.inputs = {
             name: fb.Normal(0.0, 1.0) if is_random else fb.Interval(-1.0, 1.0)
             for name, is_random in zip(self.names, random, strict=True)
         }
-        self.active, self.random = [self.names[k] for k in which], random[which]
-        terms, count = set[tuple[int, ...]](), int(r.integers(6, 16))
+        self.active = [self.names[k] for k in which]
+        self.random = random[which]
+        terms = set[tuple[int, ...]]()
+        count = int(r.integers(6, 16))
         while len(terms) < count:
             factors = r.integers(ACTIVE, size=int(r.integers(1, 4)))
             terms.add(tuple(np.bincount(factors, minlength=ACTIVE).tolist()))
@@ -55,14 +58,17 @@ class Polynomial:
         xi = np.array(list(product(z, repeat=n)))
         w = np.array([np.prod(each) for each in product(weights / weights.sum(), repeat=n)])
         grid = np.linspace(-1.0, 1.0, GRID[ACTIVE - n])
-        means, deviations = [], []
+        means = []
+        deviations = []
         for eta in product(grid, repeat=ACTIVE - n):
             x = np.empty((len(xi), ACTIVE))
-            x[:, self.random], x[:, ~self.random] = xi, eta
+            x[:, self.random] = xi
+            x[:, ~self.random] = eta
             values = self.values(x)
             means.append(w @ values)
             deviations.append(np.sqrt(w @ (values - means[-1]) ** 2))
-        mean, std = np.array(means), np.array(deviations)
+        mean = np.array(means)
+        std = np.array(deviations)
         return np.array([[mean.min(), mean.max()], [(mean - std).min(), (mean + std).max()]])
 
 
@@ -70,9 +76,12 @@ def main() -> None:
     chosen = options(
         __doc__, 100, seed=(0, "first seed"), max_runs=("60,200", "budgets, separated by commas")
     )
-    least, rows = 2e-5, []
+    least = 2e-5
+    rows = []
     for budget in map(int, chosen.max_runs.split(",")):
-        runs, errors, claims = [], [], []
+        runs = []
+        errors = []
+        claims = []
         for seed in range(chosen.seed, chosen.seed + chosen.samples):
             case = Polynomial(seed)
             bands = fb.propagate(case.response, case.inputs, fb.AdaptivePCCI(0.01, budget))

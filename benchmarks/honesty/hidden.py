@@ -88,6 +88,7 @@ def corners(r: Random) -> Problem:
     chosen = ("interval",) * count
     terms = [Term(value, tuple(range(count)), smooth=False)]
     if r.random() < 0.5:
-        chosen, size = (*chosen, "normal"), r.uniform(0.05, 0.3)
+        chosen = (*chosen, "normal")
+        size = r.uniform(0.05, 0.3)
         terms.append(Term(lambda x, tau: size * x * (1 + tau), (count,)))
     return Problem(chosen, [terms], times(r))

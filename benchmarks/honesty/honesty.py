@@ -91,7 +91,8 @@ def with_orders(
     for family, seed in chosen:
         case = draw(family, seed)
         space = Space(case.inputs)
-        random, intervals = space.random_dimension > 0, space.interval_dimension > 0
+        random = space.random_dimension > 0
+        intervals = space.interval_dimension > 0
         different = {(k * random, q * intervals): (k, q) for k, q in pairs}
         for own in different.values():
             method = fb.methods.PhaseResolvedPCCI(*own)
@@ -149,7 +150,8 @@ def show(family: str, seed: int, method: fb.AdaptivePCCI) -> None:
     case = draw(family, seed)
     for name, one in sorted(case.inputs.items()):
         print(f"{name} = {one}")
-    truth, finer = case.reference(1), case.reference(2)
+    truth = case.reference(1)
+    finer = case.reference(2)
     found = compared(fb.propagate(case.response, case.inputs, method), case)
     true, claim = (v.mean(axis=-1) for v in errors(found, truth))
     moved = errors(

@@ -36,7 +36,8 @@ def slider_crank(crank, rod, stiffness, friction, load, speed):
 
 
 def quick_return(crank, pivot, friction, load, speed):
-    lever, height = 0.5, 0.52
+    lever = 0.5
+    height = 0.52
     return fb.Mechanism(
         bodies={
             "crank": fb.RigidBody.bar(length=crank, start=(0.0, pivot), **STEEL),

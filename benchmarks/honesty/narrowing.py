@@ -29,7 +29,8 @@ from benchmarks.honesty.references import Term
 from flexband.basics.response import Response
 
 TOLERANCE = 0.01
-LEAST, MOST = 0.3, 0.9
+LEAST = 0.3
+MOST = 0.9
 """Widths and standard deviations of narrowed inputs, in parts of the old ones."""
 
 UNCHANGED = 0.3

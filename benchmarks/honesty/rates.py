@@ -72,7 +72,8 @@ def errors(found: xr.Dataset, truth: Bands) -> tuple[np.ndarray, np.ndarray]:
     The first axis is mean and error bar. Bands without claims in time have NaN there.
     """
     (mean, bar), width = truth, widths(truth)
-    true, claim = [], []
+    true = []
+    claim = []
     for name, exact in (("mean", mean), ("error_bar", bar)):
         own = found[name].transpose("bound", "output", "time").values
         true.append(np.abs(own - exact).mean(axis=0))
@@ -95,7 +96,8 @@ def outcome(
     """Compare bands with the true ones."""
     true, claim = errors(found, truth)
     told = float(found.attrs.get("expansion_error", found.attrs["expected_error"]))
-    visible, pointwise = true > VISIBLE, np.full_like(true[1], np.inf)
+    visible = true > VISIBLE
+    pointwise = np.full_like(true[1], np.inf)
     if "pointwise_error" in found:
         pointwise = found["pointwise_error"].transpose("output", "time").values
         pointwise = pointwise / widths(truth)[:, None]
@@ -148,7 +150,8 @@ def right(one: Outcome, tolerance: float) -> bool:
     """
     if one.failure:
         return False
-    claim, true = max(one.claim, LEAST), max(one.true, LEAST)
+    claim = max(one.claim, LEAST)
+    true = max(one.true, LEAST)
     near = claim <= FACTOR * true and true <= FACTOR * claim
     return near or (claim <= tolerance and true <= tolerance)
 

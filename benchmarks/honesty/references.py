@@ -81,7 +81,8 @@ def rule(kind: str, count: int) -> tuple[np.ndarray, np.ndarray]:
     if kind == "uniform" and count <= MAX_GAUSS:
         x, weights = np.polynomial.legendre.leggauss(count)
     elif kind == "uniform":
-        x, weights = (2 * np.arange(count) + 1 - count) / count, np.ones(count)
+        x = (2 * np.arange(count) + 1 - count) / count
+        weights = np.ones(count)
     else:
         x = TAIL * (2 * np.arange(count) + 1 - count) / count
         weights = np.exp(-x * x / 2)
@@ -97,7 +98,8 @@ class Integrated:
     """Moments of a term computed anew at every η."""
 
     def __init__(self, term: Term, kinds: Sequence[str], tau: np.ndarray, refine: int):
-        self.formula, self.tau = term.formula, tau
+        self.formula = term.formula
+        self.tau = tau
         own = [kinds[k] for k in term.on]
         self.random = [kind != "interval" for kind in own]
         self.m = self.random.count(False)
@@ -116,7 +118,8 @@ class Integrated:
         return mean, variance
 
     def _some(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        xi, own = iter(self.xi.T), iter(np.moveaxis(eta, -1, 0))
+        xi = iter(self.xi.T)
+        own = iter(np.moveaxis(eta, -1, 0))
         variables = [next(xi)[:, None, None] if r else next(own)[None] for r in self.random]
         F = self.formula(*variables, self.tau)
         F = np.broadcast_to(F, (len(self.xi), len(eta), len(self.tau)))
@@ -128,7 +131,8 @@ class Interpolated:
     """Moments between their values at Chebyshev points, (nodes, …, nodes, times) each."""
 
     def __init__(self, mean: np.ndarray, variance: np.ndarray):
-        self.m, self.certain = mean.ndim - 1, not variance.any()
+        self.m = mean.ndim - 1
+        self.certain = not variance.any()
         self.counts = mean.shape[:-1]
         self.coefficients = [_coefficients(v).reshape(-1, v.shape[-1]) for v in (mean, variance)]
 
@@ -196,7 +200,8 @@ class Search:
 
     def __init__(self, parts: Sequence[Moments], variance: np.ndarray, refine: int):
         """Compute the moments on the first grid; `variance` (times) is that of other terms."""
-        self.parts, self.variance = parts, variance
+        self.parts = parts
+        self.variance = variance
         m = sum(part.m for part in parts)
         count = refine * (GRID[m] - 1) + 1 if m else 1
         self.step = 2 / max(count - 1, 1)
@@ -205,7 +210,9 @@ class Search:
 
     def extreme(self, c: float, sign: int) -> np.ndarray:
         """Return the lowest (sign 1) or highest (sign −1) value at every time."""
-        points, values, step = self.points, self.first, self.step
+        points = self.points
+        values = self.first
+        step = self.step
         for _ in range(ZOOMS if self.parts else 0):
             centres = self._best(points, values, c, sign)
             offsets = step * np.linspace(-1, 1, 5)
@@ -213,7 +220,8 @@ class Search:
                 np.clip(centre + grid(*[offsets] * part.m)[:, None], -1, 1)
                 for part, centre in zip(self.parts, centres, strict=True)
             ]
-            values, step = self._values(points), step / 2
+            values = self._values(points)
+            step = step / 2
         mean, std = values
         return sign * (sign * (mean + c * std)).min(axis=0)
 

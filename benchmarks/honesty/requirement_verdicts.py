@@ -77,7 +77,8 @@ def case(seed: int, number: int) -> dict[str, Any]:
     step = 5e-5 if finer is not builder else 2.5e-4
     finer_times = {"duration": duration, "output_step": 5e-4}  # a verdict is about all times
     brute = _brute_force(fb.dynamic_response(finer, step=step, **finer_times), inputs, rng)
-    requirements, true_margins = [], []
+    requirements = []
+    true_margins = []
     width = (brute.max("sample") - brute.min("sample")).mean("time")
     varying = brute["output"].values[width.values > 1e-9 * np.abs(brute).max(["sample", "time"])]
     outputs = rng.choice(varying, min(3, len(varying)), replace=False)
@@ -115,7 +116,8 @@ def _brute_force(response: Any, inputs: dict[str, Any], rng: np.random.Generator
     values = {k: np.full(len(eta), v) for k, v in inputs.items() if k not in names}
     for column, name in enumerate(names):
         interval = inputs[name]
-        middle, half = (interval.lower + interval.upper) / 2, (interval.upper - interval.lower) / 2
+        middle = (interval.lower + interval.upper) / 2
+        half = (interval.upper - interval.lower) / 2
         values[name] = middle + half * eta[:, column]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

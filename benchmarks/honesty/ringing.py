@@ -38,7 +38,8 @@ def oscillation(r: Random, own: Sequence[str], count: float, most: float = 4.0) 
     amplitude = r.uniform(0.3, 1.0)
 
     def value(*y):
-        own, tau = y[:-1], y[-1]
+        own = y[:-1]
+        tau = y[-1]
         envelope = amplitude * (1 + size(*own)) * np.exp(-decay * (1 + damping(*own)) * tau)
         return envelope * np.cos((TAU * count + turn(*own)) * tau + start)
 
@@ -73,7 +74,8 @@ def ring(r: Random) -> Problem:
 
 def modes(r: Random) -> Problem:
     """Draw two or three modes, each with inputs of its own or all with the same."""
-    number, count = int(r.integers(2, 4)), periods(r)
+    number = int(r.integers(2, 4))
+    count = periods(r)
     counts = count / np.array([1.0, r.uniform(1.4, 4.0), r.uniform(4.0, 6.0)])[:number]
     if r.random() < 0.5:
         own = ("normal", "interval") if r.random() < 0.7 else ("uniform", "interval")
@@ -85,7 +87,8 @@ def modes(r: Random) -> Problem:
 
         return Problem(own, [of_all(own, together, **resolving(own))], samples(count))
     pairs = [("normal", "interval"), ("normal",), ("interval",), ("uniform",)]
-    chosen, terms = [], []
+    chosen = []
+    terms = []
     for k in counts:
         own = pairs[r.integers(len(pairs))]
         on = tuple(range(len(chosen), len(chosen) + len(own)))
@@ -103,7 +106,8 @@ def veering(r: Random) -> Problem:
     decay = r.uniform(0.0, 2.0)
 
     def value(*y):
-        own, tau = y[:-1], y[-1]
+        own = y[:-1]
+        tau = y[-1]
         half = 0.5 * (apart(*own) + offset)
         split = np.sqrt(half**2 + coupling**2)
         turn = TAU * count * tau * (1 + 0.3 * common(*own))
@@ -122,9 +126,11 @@ def resonance(r: Random) -> Problem:
     ratio, more = r.uniform(0.85, 1.15), linear(r, own, 0.1)
 
     def value(*y):
-        own, tau = y[:-1], y[-1]
+        own = y[:-1]
+        tau = y[-1]
         q = ratio * (1 + shift(*own))  # frequency of the excitation over the natural one
-        real, imaginary = 1 - q * q, 2 * zeta * q
+        real = 1 - q * q
+        imaginary = 2 * zeta * q
         size = (real - 1j * imaginary) / (real**2 + imaginary**2)
         drive = TAU * count * tau
         natural = drive / q * np.sqrt(1 - zeta**2)

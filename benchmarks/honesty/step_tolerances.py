@@ -27,7 +27,8 @@ from benchmarks.honesty.rates import FACTOR, outcome, widths
 
 MECHANISMS = 300
 TOLERANCES = (None, 1e-6, 1e-5, 1e-4)
-FINE, FINER = 1e-9, 1e-10
+FINE = 1e-9
+FINER = 1e-10
 DIMENSIONS = [(0, 1), (1, 0)]
 """Numbers of random and interval inputs that are drawn."""
 

@@ -26,7 +26,8 @@ class Law:
 
     @staticmethod
     def drawn(rng: np.random.Generator) -> Law:
-        time, amplitude = 10 ** rng.uniform(-4, -1.7), 10 ** rng.uniform(-3, -0.7)
+        time = 10 ** rng.uniform(-4, -1.7)
+        amplitude = 10 ** rng.uniform(-3, -0.7)
         parts = rng.uniform([0.3, -0.3, 0.0], [1.0, 0.3, 1.0], (2, 3)) * rng.choice([-1, 1], (2, 1))
         return Law(time * parts[0], amplitude * parts[1])
 

@@ -131,7 +131,8 @@ def study(family: str, seed: int, rng: np.random.Generator, kind: Kind) -> Case:
     spread = {name: kind.parameters[name][1] * 10 ** rng.uniform(-0.5, 0) for name in chosen}
     inputs: dict[str, fb.Input] = {}
     for k, name in enumerate(chosen):
-        value, radius = nominal.pop(name), spread[name]
+        value = nominal.pop(name)
+        radius = spread[name]
         ends = value * (1 - radius), value * (1 + radius)
         if k >= n:
             inputs[name] = fb.Interval(*ends)
@@ -173,7 +174,8 @@ def reference(
     There are `finer` times as many points as `NODES` says.
     """
     space = Space(inputs)
-    n, m = space.random_dimension, space.interval_dimension
+    n = space.random_dimension
+    m = space.interval_dimension
     count = refine * round(finer * NODES[n + m])
     random = [_rule(one, count) for one in space.of_kind(random=True).values()]
     xi = grid(*(x for x, _ in random)) if n else np.zeros((1, 0))

@@ -53,7 +53,8 @@ def clustered(r: np.random.Generator, dimension: int) -> Rows:
     rows = r.uniform(size=(count, dimension))
     for part in range(2):
         own = slice(part * count // 3, (part + 1) * count // 3)
-        middle, size = r.uniform(0.2, 0.8, dimension), r.uniform(0.05, 0.2)
+        middle = r.uniform(0.2, 0.8, dimension)
+        size = r.uniform(0.05, 0.2)
         rows[own] = np.clip(middle + size * (rows[own] - 0.5), 0.001, 0.999)
     return rows, np.ones(count, int)
 
@@ -79,7 +80,8 @@ def judge(kind: str, seed: int) -> Outcome | None:
     family = FAMILIES[r.integers(len(FAMILIES))]
     case = draw(family, seed)
     space = Space(case.inputs)
-    m, n = space.interval_dimension, space.random_dimension
+    m = space.interval_dimension
+    n = space.random_dimension
     if m + n > MOST_INPUTS:
         return None
     unit, times = KINDS[kind](r, m + n)
@@ -108,7 +110,8 @@ def judge(kind: str, seed: int) -> Outcome | None:
 
 def main() -> None:
     chosen = options(__doc__, 200, seed=(0, "first seed; documented tables have fresh ones"))
-    rows, small = [], []
+    rows = []
+    small = []
     each = math.ceil(chosen.samples / len(KINDS))
     for kind in KINDS:
         seeds = iter(range(chosen.seed, chosen.seed + 10 * each))

@@ -31,7 +31,8 @@ def verdicts(case: Case, method: fb.AdaptivePCCI, runs: int) -> tuple[float, boo
     """Return the ratio of true and expected error, whether that is confirmed, and smaller ones."""
     surrogate = fb.expand(case.response, case.inputs, method)
     true, claim = errors(surrogate.bands(), case.reference(1))
-    true, claim = true.mean(axis=-1).max(axis=0), claim[1].mean(axis=-1)
+    true = true.mean(axis=-1).max(axis=0)
+    claim = claim[1].mean(axis=-1)
     ratio = float((true / np.maximum(claim, LEAST)).max())
 
     def confirmed(part: float) -> bool:

@@ -22,10 +22,12 @@ from flexband.uncertainty.expansions.hybrid import tensor_points
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-SAMPLES, GRID = 20_000, 5
+SAMPLES = 20_000
+GRID = 5
 """Samples and values of each interval for the true bands: their error is about 1 % of the width."""
 
-FACTOR, LEAST = 5.0, 0.01
+FACTOR = 5.0
+LEAST = 0.01
 """A claim is wrong if the true error is larger by this factor, and above this part of the width."""
 
 TIMES = np.linspace(0.0, 1.0, 20)
@@ -107,7 +109,8 @@ def main() -> None:
         "AdaptivePCCI(0.01, 64)": fb.AdaptivePCCI(0.01, 64),
         "RegressionPCCI(1)": fb.methods.RegressionPCCI(1),
     }
-    rows, measured = [], {}
+    rows = []
+    measured = {}
     for smooth in (True, False):
         for name, method in methods.items():
             seeds = range(chosen.seed, chosen.seed + chosen.samples)

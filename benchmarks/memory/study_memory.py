@@ -76,7 +76,8 @@ def announced_and_peak(
             peak = tracemalloc.get_traced_memory()[1]
         finally:
             tracemalloc.stop()
-    intervals, one = Space(inputs).interval_dimension, BYTES * outputs * times
+    intervals = Space(inputs).interval_dimension
+    one = BYTES * outputs * times
     announced, per_carrier = method.peak_memory(intervals, int(bands.attrs["runs"]), one)
     carriers = max(1, *tried) if ringing else 0  # one is looked for
     return announced + carriers * per_carrier, float(peak)
@@ -103,7 +104,8 @@ def carriers_tried() -> Iterator[list[int]]:
 def drawn(rng: np.random.Generator) -> tuple[Any, dict[str, Any], int]:
     """Return a method, inputs, and the number of carriers with which outputs ring."""
     intervals, random = (int(n) for n in rng.integers(1, 4, 2))
-    most, tolerance = int(rng.integers(32, 120)), 1e-14
+    most = int(rng.integers(32, 120))
+    tolerance = 1e-14
     methods = [
         (fb.PCCI(2, 2), False),
         (fb.ImprovedPCCI(1, 3), False),
@@ -119,7 +121,8 @@ def drawn(rng: np.random.Generator) -> tuple[Any, dict[str, Any], int]:
     method, rings = methods[rng.integers(len(methods))]
     ringing = int(rng.integers(1, 1 + len(FREQUENCIES))) if rings else 0
     if isinstance(method, fb.methods.RegressionPCCI | fb.AdaptivePCCI) and rng.random() < 0.5:
-        intervals, random = int(rng.integers(0, 25)), int(rng.integers(1, 26))
+        intervals = int(rng.integers(0, 25))
+        random = int(rng.integers(1, 26))
         method = (
             fb.methods.RegressionPCCI(1)
             if isinstance(method, fb.methods.RegressionPCCI)
@@ -128,14 +131,16 @@ def drawn(rng: np.random.Generator) -> tuple[Any, dict[str, Any], int]:
     return method, inputs_of(intervals, random), ringing
 
 
-LARGE, SMALL = (200, 5000), (1, 40)
+LARGE = (200, 5000)
+SMALL = (1, 40)
 """Outputs and times of a large study, and of one that takes hardly more than Python."""
 
 
 def child(max_runs: int, outputs: int, times: int, *, ringing: bool) -> None:
     """Make a study of 40 inputs; print its runs, its carriers and the resident set [bytes]."""
     warnings.simplefilter("ignore")
-    method, response = fb.AdaptivePCCI(1e-14, max_runs), waves(outputs, times, ringing=ringing)
+    method = fb.AdaptivePCCI(1e-14, max_runs)
+    response = waves(outputs, times, ringing=ringing)
     bands = fb.propagate(response, inputs_of(20, 20), method)
     unit = 1 if sys.platform == "darwin" else 2**10
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
@@ -158,7 +163,8 @@ def large(max_runs: int, *, ringing: bool) -> list[str]:
     (runs, carriers, peak), (*_, alone) = numbers(*LARGE), numbers(*SMALL)
     one = BYTES * LARGE[0] * LARGE[1]
     announced, per_carrier = fb.AdaptivePCCI().peak_memory(20, runs, one)
-    announced, peak = announced + max(carriers, ringing) * per_carrier, peak - alone
+    announced = announced + max(carriers, ringing) * per_carrier
+    peak = peak - alone
     name = f"adaptive PCCI, {runs} runs{', ringing' * ringing}"
     ratio = f"{announced / peak:.2f}"
     return [name, "20", "20", f"{1e-6 * announced:.1f}", f"{1e-6 * peak:.1f}", ratio]
@@ -179,10 +185,13 @@ def main() -> None:
     if chosen.large:
         row = large(chosen.large, ringing=bool(chosen.ringing))
         return report(chosen.output, "study_memory_large", header, [row], {"row": row})
-    rng, rows, parts = np.random.default_rng(chosen.seed), [], []
+    rng = np.random.default_rng(chosen.seed)
+    rows = []
+    parts = []
     for _ in range(chosen.samples):
         method, inputs, ringing = drawn(rng)
-        outputs, times = int(rng.integers(2, 6)), int(rng.integers(800, 3000))
+        outputs = int(rng.integers(2, 6))
+        times = int(rng.integers(800, 3000))
         announced, peak = announced_and_peak(method, inputs, outputs, times, ringing=ringing)
         intervals = Space(inputs).interval_dimension
         parts.append(announced / peak)

@@ -113,7 +113,8 @@ def contact(touch: Touch, at: PointNames, options: dict[str, Any]) -> Any:
     """Return a contact as a load, with further options."""
     kind, first, second, numbers, (K, e, n) = touch
     law = fb.contact.KeepsRestitution(stiffness=K, restitution=e, exponent=n, **LAW)
-    a, b = at(first), at(second)
+    a = at(first)
+    b = at(second)
     if kind == "stop":
         return fb.contact.Stop(a, b, law, lower=numbers[0], upper=numbers[1], **options)
     if kind == "turn":
@@ -132,10 +133,13 @@ def contact(touch: Touch, at: PointNames, options: dict[str, Any]) -> Any:
 def mechanism(draw: Draw, velocities: np.ndarray) -> fb.Mechanism:
     """Return the model with these velocities of all bodies, rows of (v_X, v_Y, ω)."""
     at = PointNames(len(draw.parts))
-    joints, loads, sensors = {}, {"gravity": fb.Gravity(y=-GRAVITY)}, {}
+    joints = {}
+    loads = {"gravity": fb.Gravity(y=-GRAVITY)}
+    sensors = {}
     for k, (kind, first, second, *numbers) in enumerate(draw.joints):
         if kind == "motor":
-            angle, rate = draw.parts[first.body].place[2], numbers[0]
+            angle = draw.parts[first.body].place[2]
+            rate = numbers[0]
             joints[f"J{k}"] = fb.PrescribedRotation(
                 f"b{first.body}", lambda t, a=angle, w=rate: a + w * np.asarray(t)
             )
@@ -157,7 +161,8 @@ def mechanism(draw: Draw, velocities: np.ndarray) -> fb.Mechanism:
         sensors[name] = fb.contact.Contacts(name, first=EVENTS + 1, angular=kind == "turn")
     bodies = rigid_bodies(draw.parts, velocities, at)
     for name in bodies:
-        sensors[f"place {name}"], sensors[f"angle {name}"] = fb.Position(name), fb.Angle(name)
+        sensors[f"place {name}"] = fb.Position(name)
+        sensors[f"angle {name}"] = fb.Angle(name)
     return fb.Mechanism(bodies=bodies, joints=joints, loads=loads, sensors=sensors)
 
 
@@ -206,7 +211,8 @@ def position(q, i, x, y):
     """Return a point and its derivatives by the angle of its body."""
     if i < 0:
         return x, y, 0.0, 0.0
-    c, s = math.cos(q[3 * i + 2]), math.sin(q[3 * i + 2])
+    c = math.cos(q[3 * i + 2])
+    s = math.sin(q[3 * i + 2])
     return q[3 * i] + c * x - s * y, q[3 * i + 1] + s * x + c * y, -s * x - c * y, c * x - s * y
 
 
@@ -230,17 +236,20 @@ def gap(q, kind, i, j, p, row):
         return p[5] - p[4] * a
     x1, y1, dx1, dy1 = position(q, i, p[0], p[1])
     x2, y2, dx2, dy2 = position(q, j, p[2], p[3])
-    x, y = x1 - x2, y1 - y2
+    x = x1 - x2
+    y = y1 - y2
     if kind == LINE:
         angle = p[4] + (q[3 * j + 2] if j >= 0 else 0.0)
-        nx, ny = math.cos(angle), math.sin(angle)
+        nx = math.cos(angle)
+        ny = math.sin(angle)
         if j >= 0:
             row[3 * j + 2] += -ny * x + nx * y
         value = nx * x + ny * y - p[5]
     else:
         d = max(math.hypot(x, y), 1e-300)
         sign = -1.0 if kind == HOLE else 1.0
-        nx, ny = sign * x / d, sign * y / d
+        nx = sign * x / d
+        ny = sign * y / d
         value = p[4] + sign * d
     add_gradient(row, i, nx, ny, dx1, dy1, 1.0)
     add_gradient(row, j, nx, ny, dx2, dy2, -1.0)
@@ -249,12 +258,15 @@ def gap(q, kind, i, j, p, row):
 
 def constraints(q, v, joints, numbers):
     """Return Φ_q, −(Φ_q v)_q v and Φ_q v of all joints."""
-    J, right, rates = np.zeros((len(joints), len(q))), np.zeros(len(joints)), np.zeros(len(joints))
+    J = np.zeros((len(joints), len(q)))
+    right = np.zeros(len(joints))
+    rates = np.zeros(len(joints))
     for r in range(len(joints)):
         i, j = joints[r]
         p = numbers[r]
         if p[6] != 0.0:  # a motor
-            J[r, 3 * i + 2], rates[r] = 1.0, p[7]
+            J[r, 3 * i + 2] = 1.0
+            rates[r] = p[7]
             continue
         _, _, dx1, dy1 = position(q, i, p[0], p[1])
         _, _, dx2, dy2 = position(q, j, p[2], p[3])
@@ -269,12 +281,16 @@ def constraints(q, v, joints, numbers):
 
 def solved(mass, J, forces, right):
     """Return x of M x + Jᵀλ = forces and J x = right."""
-    n, m = len(mass), len(J)
-    A, b = np.zeros((n + m, n + m)), np.zeros(n + m)
+    n = len(mass)
+    m = len(J)
+    A = np.zeros((n + m, n + m))
+    b = np.zeros(n + m)
     for i in range(n):
         A[i, i] = mass[i]
-    A[n:, :n], A[:n, n:] = J, J.T
-    b[:n], b[n:] = forces, right
+    A[n:, :n] = J
+    A[:n, n:] = J.T
+    b[:n] = forces
+    b[n:] = right
     return np.linalg.solve(A, b)[:n]
 
 
@@ -283,8 +299,10 @@ def derivative(
 ):
     """Return the derivative of [q, v]."""
     n = len(mass)
-    q, v = y[:n], y[n:]
-    forces, row = np.zeros(n), np.zeros(n)
+    q = y[:n]
+    v = y[n:]
+    forces = np.zeros(n)
+    row = np.zeros(n)
     for i in range(n // 3):
         forces[3 * i + 1] = -GRAVITY * mass[3 * i]
     for s in range(len(springs)):
@@ -329,7 +347,8 @@ class Reference:
         self.draw = draw
         self.mass = np.array([[p.mass, p.mass, p.inertia] for p in draw.parts]).ravel()
         self.start = np.array([part.place for part in draw.parts], dtype=float).ravel()
-        joints, numbers = [], []
+        joints = []
+        numbers = []
         for kind, a, b, *more in draw.joints:
             common = [a.x, a.y, b.x, b.y]
             rows = {"pin": [(1.0, 0.0), (0.0, 1.0)], "motor": [(0.0, 0.0)]}.get(kind)
@@ -357,7 +376,9 @@ class Reference:
 
     def gaps(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return all gaps and their rates."""
-        row, g, rates = np.zeros(len(q)), [], []
+        row = np.zeros(len(q))
+        g = []
+        rates = []
         for (kind, i, j), p in zip(self.touches, self.of_touches, strict=True):
             g.append(gap(q, kind, i, j, p, row))
             rates.append(row @ v)
@@ -373,9 +394,13 @@ class Reference:
         """
         n, count = len(self.mass), len(self.touches)
         y, t = np.concatenate([self.start, self.velocities()]), float(times[0])
-        closed, begun, evaluations = np.zeros(count, dtype=bool), np.ones(count), 0
+        closed = np.zeros(count, dtype=bool)
+        begun = np.ones(count)
+        evaluations = 0
         over = np.zeros(count, dtype=bool)
-        places, events, fastest = np.full((len(times), n), np.nan), [], 0.0
+        places = np.full((len(times), n), np.nan)
+        events = []
+        fastest = 0.0
         row = np.zeros(n)
         arguments = (self.mass, self.joints, self.numbers, self.springs, self.of_springs,
                      self.touches, self.of_touches)  # fmt: skip
@@ -387,7 +412,8 @@ class Reference:
                 def zero(_, y, kind=kind, i=i, j=j, p=p, apart=apart):
                     return apart + gap(y[:n], kind, i, j, p, row)
 
-                zero.terminal, zero.direction = True, 1.0 if closed[k] else -1.0
+                zero.terminal = True
+                zero.direction = 1.0 if closed[k] else -1.0
                 watched.append(zero)
             for k, ((kind, i, j), p) in enumerate(zip(self.touches, self.of_touches, strict=True)):
                 impact = closed[k] and not over[k]
@@ -396,7 +422,8 @@ class Reference:
                     gap(y[:n], kind, i, j, p, row)
                     return row @ y[n:] if impact else 1.0
 
-                pressed.terminal, pressed.direction = True, -1.0
+                pressed.terminal = True
+                pressed.direction = -1.0
                 watched.append(pressed)
             state = closed.copy(), begun.copy(), over.copy()
 
@@ -419,8 +446,10 @@ class Reference:
             g, rates = self.gaps(y[:n], y[n:])
             fastest = max(fastest, float(np.abs(rates).max()))
             struck = np.array([len(moments) > 0 for moments in part.t_events])
-            struck, again = struck[:count], struck[count:]
-            closing, opening = ~closed & struck, closed & struck
+            again = struck[count:]
+            struck = struck[:count]
+            closing = ~closed & struck
+            opening = closed & struck
             begun = np.where(closing, np.maximum(-rates, LAW["least_speed"]), begun)
             closed = (closed | closing) & ~opening
             over = (over | again) & closed & ~closing

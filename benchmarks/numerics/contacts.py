@@ -37,8 +37,12 @@ from benchmarks.numerics.contact_draws import (
 )
 
 MECHANISMS = 60
-LONGEST, TIMES = 0.5, 41
-GRAZING, INSTANT, SHARE, PLACE = 1e-3, 1e-5, 1e-3, 1e-6
+LONGEST = 0.5
+TIMES = 41
+GRAZING = 1e-3
+INSTANT = 1e-5
+SHARE = 1e-3
+PLACE = 1e-6
 SENSITIVE = 0.1
 """Difference of two integrations of the reference, as a share of what is allowed, that tells
 nothing about the engine."""
@@ -60,11 +64,15 @@ def chain(rng: np.random.Generator, lengths, angles) -> tuple[list[Part], list[t
     """Return bars one after the other from a pin at the origin, their joints and the end."""
     parts, joints, last, (x, y) = [], [], Place(GROUND, 0.0, 0.0), (0.0, 0.0)
     for k, (length, angle) in enumerate(zip(lengths, angles, strict=True)):
-        c, s, m = np.cos(angle), np.sin(angle), rng.uniform(0.5, 2.0)
+        c = np.cos(angle)
+        s = np.sin(angle)
+        m = rng.uniform(0.5, 2.0)
         place = x + length / 2 * c, y + length / 2 * s, float(angle)
         parts.append(Part(m, m * length**2 / 12, place, moving(rng)))
         joints.append(("pin", Place(k, -length / 2, 0.0), last))
-        last, x, y = Place(k, length / 2, 0.0), x + length * c, y + length * s
+        last = Place(k, length / 2, 0.0)
+        x = x + length * c
+        y = y + length * s
     return parts, joints, last
 
 
@@ -78,7 +86,8 @@ def stopped_chain(rng: np.random.Generator) -> Draw:
     """Return a pendulum whose end moves between two stops."""
     lengths, angles = bars(rng)
     parts, joints, end = chain(rng, lengths, angles)
-    x, width = float(lengths @ np.cos(angles)), rng.uniform(0.05, 0.3, 2)
+    x = float(lengths @ np.cos(angles))
+    width = rng.uniform(0.05, 0.3, 2)
     limits = x - float(width[0]), x + float(width[1])
     stop = Touch("stop", end, Place(GROUND, 0.0, 0.0), limits, law(rng))
     return Draw("stops", parts, joints, [stop])
@@ -106,14 +115,18 @@ def worn_chain(rng: np.random.Generator) -> Draw:
 
 def slider_crank(rng: np.random.Generator) -> Draw:
     """Return a slider–crank with a guide that has play, or with a worn pin and a motor."""
-    r, angle = rng.uniform(0.1, 0.2), rng.uniform(0.3, 2.8)
+    r = rng.uniform(0.1, 0.2)
+    angle = rng.uniform(0.3, 2.8)
     length = r * rng.uniform(2, 4)
     tilt = -np.arcsin(r * np.sin(angle) / length)
     parts, joints, end = chain(rng, [r, length], [angle, tilt])
     x = float(r * np.cos(angle) + length * np.cos(tilt))
-    m, long, high = rng.uniform(0.3, 2.0), rng.uniform(0.05, 0.15), rng.uniform(0.02, 0.08)
+    m = rng.uniform(0.3, 2.0)
+    long = rng.uniform(0.05, 0.15)
+    high = rng.uniform(0.02, 0.08)
     parts.append(Part(m, m * (long**2 + high**2) / 12, (x, 0.0, 0.0), (0.0, 0.0, 0.0)))
-    ground, slider = Place(GROUND, 0.0, 0.0), Place(2, 0.0, 0.0)
+    ground = Place(GROUND, 0.0, 0.0)
+    slider = Place(2, 0.0, 0.0)
     play = float(10 ** rng.uniform(-3.7, -2.3))
     if rng.random() < 0.5:
         joints.append(("pin", slider, end))
@@ -128,7 +141,8 @@ def slider_crank(rng: np.random.Generator) -> Draw:
 def discs(rng: np.random.Generator) -> Draw:
     """Return two discs above a floor and between walls; one hangs on a spring."""
     radii = rng.uniform(0.03, 0.08, 2)
-    parts, touches = [], []
+    parts = []
+    touches = []
     for k, radius in enumerate(radii):
         m = rng.uniform(0.5, 2.0)
         place = 0.3 * k - 0.15, float(rng.uniform(0.1, 0.3)), 0.0
@@ -205,7 +219,9 @@ def simulated(
     One that is wrong is simulated again with a hundredth of the tolerance. `compared` says whether
     a motion is right, and why.
     """
-    outcome, text, spent = "wrong", "", 0.0
+    outcome = "wrong"
+    text = ""
+    spent = 0.0
     for part in (1.0, 0.01):
         begun = time.process_time()
         try:

@@ -89,7 +89,11 @@ def share(name: str, values: Sequence[float], factor: float) -> str:
 
 def motions(folder: Path, seed: int, each: int) -> None:
     """Judge `discretization_error`."""
-    rows, notes, outputs, times, warned = [], [], [], [], []
+    rows = []
+    notes = []
+    outputs = []
+    times = []
+    warned = []
     for name, draw in DRAWN.items():
         own: list[float] = []
         for k in range(each):
@@ -167,7 +171,10 @@ def both(response, inputs, steps: Sequence[int], parts: tuple[int, int]) -> list
 
 def studies(folder: Path, seed: int, each: int) -> None:
     """Judge the expected errors of studies of mechanisms with coarse steps."""
-    rows, found, notes, halved = [], [], [], 0
+    rows = []
+    found = []
+    notes = []
+    halved = 0
     for name, kind in KINDS.items():
         own = []
         for k in range(each):

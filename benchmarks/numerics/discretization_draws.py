@@ -22,9 +22,13 @@ class Run:
 
 def cantilever(rng: np.random.Generator) -> Run:
     """Return a beam whose end is loaded suddenly or within a while."""
-    length, slenderness = rng.uniform(0.2, 1.0), rng.uniform(8, 80)
-    height, modulus, density = length / slenderness, 10 ** rng.uniform(8, 11), 2000.0
-    area, second = 0.02 * height, 0.02 * height**3 / 12
+    length = rng.uniform(0.2, 1.0)
+    slenderness = rng.uniform(8, 80)
+    height = length / slenderness
+    modulus = 10 ** rng.uniform(8, 11)
+    density = 2000.0
+    area = 0.02 * height
+    second = 0.02 * height**3 / 12
     period = 2 * np.pi / 3.516 * length**2 * np.sqrt(density * area / (modulus * second))
     force, rise = rng.uniform(0.1, 1.5) * modulus * second / length**2, rng.uniform(0, 1) * period
     beam = fb.Beam(
@@ -48,9 +52,13 @@ def cantilever(rng: np.random.Generator) -> Run:
 
 def swinging(rng: np.random.Generator) -> Run:
     """Return a soft beam or a cable that falls from the horizontal, with a weight at its end."""
-    length, height = rng.uniform(0.4, 1.0), rng.uniform(2e-3, 8e-3)
-    modulus, density, elements = 10 ** rng.uniform(7, 9), 1200.0, int(rng.integers(3, 13))
-    area, second = 0.02 * height, 0.02 * height**3 / 12
+    length = rng.uniform(0.4, 1.0)
+    height = rng.uniform(2e-3, 8e-3)
+    modulus = 10 ** rng.uniform(7, 9)
+    density = 1200.0
+    elements = int(rng.integers(3, 13))
+    area = 0.02 * height
+    second = 0.02 * height**3 / 12
     if rng.random() < 0.5:
         member = fb.Cable(
             length=length, mass_per_length=density * area, elements=elements,
@@ -82,9 +90,13 @@ def swinging(rng: np.random.Generator) -> Run:
 
 def chain(rng: np.random.Generator) -> Run:
     """Return rigid bars with torsion springs between them that are let go."""
-    bodies, joints, loads, end = {}, {}, {"gravity": fb.Gravity()}, (0.0, 0.0)
+    bodies = {}
+    joints = {}
+    loads = {"gravity": fb.Gravity()}
+    end = (0.0, 0.0)
     for k in range(int(rng.integers(2, 5))):
-        length, angle = rng.uniform(0.1, 0.4), rng.uniform(-1, 1)
+        length = rng.uniform(0.1, 0.4)
+        angle = rng.uniform(-1, 1)
         bodies[f"{k}"] = fb.RigidBody.bar(
             length=length, height=0.02, width=0.02, density=3000.0, start=end, angle=angle
         )

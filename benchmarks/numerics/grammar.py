@@ -39,7 +39,8 @@ def relaxation(t, x, v, s, p, force, rate):
 
 def attraction(t, x, v, p, force):
     """Fill in a force towards the second point."""
-    force[0, 0], force[0, 1] = p[0] * (x[1, 0] - x[0, 0]), p[0] * (x[1, 1] - x[0, 1])
+    force[0, 0] = p[0] * (x[1, 0] - x[0, 0])
+    force[0, 1] = p[0] * (x[1, 1] - x[0, 1])
     force[1, 0], force[1, 1] = -force[0, 0], -force[0, 1]
 
 
@@ -70,7 +71,8 @@ class Grammar:
     def body(self, name: str) -> None:
         kind = self.pick(["rigid", "rigid", "point", "beam", "cable"])
         size = float(self.rng.choice([0.25, 0.5, 1.0]))
-        place, angle = self.near(), self.angle()
+        place = self.near()
+        angle = self.angle()
         match kind:
             case "rigid":
                 ends = {"start": (-size / 2, 0.0), "end": (size / 2, 0.0)}
@@ -160,7 +162,8 @@ class Grammar:
 
     def sensor(self) -> Any:
         point = self.pick(self.points)
-        loads, joints = list(self.loads) or ["none"], list(self.joints) or ["none"]
+        loads = list(self.loads) or ["none"]
+        joints = list(self.joints) or ["none"]
         kinds = [
             fb.Position(point), fb.Angle(point), fb.AngularVelocity(point), fb.KineticEnergy(),
             fb.Acceleration(point), fb.Work(self.pick(loads)), fb.sensors.Power(self.pick(joints)),
@@ -287,7 +290,8 @@ def main() -> None:
     )
     seeds = range(chosen.seed, chosen.seed + chosen.samples)
     cases = judged_cases(chosen.file, seeds, judged)
-    rows, notes = [], [f"seeds {seeds[0]} to {seeds[-1]}"]
+    rows = []
+    notes = [f"seeds {seeds[0]} to {seeds[-1]}"]
     names = [
         "build",
         "simulate",

@@ -20,7 +20,8 @@ from benchmarks.harness import options, report
 from benchmarks.numerics.massless_draws import Draw, Part, Reference, mechanism, rod
 
 MECHANISMS = 200
-DURATION, STEP = 0.4, 1e-3
+DURATION = 0.4
+STEP = 1e-3
 TOLERANCE = 2e-3
 """Error of motions, relative to the size of the mechanism and to 1 rad, and of forces relative to
 the largest one, that counts as wrong."""
@@ -59,7 +60,11 @@ def beyond(rng: np.random.Generator, start, length: float, angle: float | None =
 
 def chain(rng: np.random.Generator) -> Draw:
     """Return a pendulum of one to four bars, with point masses at some of its pins."""
-    parts, joints, springs, at, last = {}, {}, [], (0.0, 0.0), (0.0, 0.0)
+    parts = {}
+    joints = {}
+    springs = []
+    at = (0.0, 0.0)
+    last = (0.0, 0.0)
     for k in range(rng.integers(1, 5)):
         end = beyond(rng, at, rng.uniform(0.1, 0.5))
         parts[f"b{k}"] = bar(rng, at, end)
@@ -75,7 +80,8 @@ def chain(rng: np.random.Generator) -> Draw:
             rest = float(parts[f"b{k}"].angle - before)
             springs.append(("turn", (f"b{k}", "start"), last, rng.uniform(1, 30), rest,
                             rng.choice([0.0, 0.05])))  # fmt: skip
-        at, last = end, (f"b{k}", "end")
+        at = end
+        last = (f"b{k}", "end")
     return Draw("chain", parts, joints, springs)
 
 
@@ -87,7 +93,8 @@ def _driven(rng, joints, parts, name):
 
 def four_bar(rng: np.random.Generator) -> Draw:
     """Return a four-bar, some with a point mass on its coupler, a spring or a motor."""
-    a, d = beyond(rng, (0.0, 0.0), rng.uniform(0.05, 0.15)), (rng.uniform(0.25, 0.4), 0.0)
+    a = beyond(rng, (0.0, 0.0), rng.uniform(0.05, 0.15))
+    d = (rng.uniform(0.25, 0.4), 0.0)
     b = beyond(rng, d, rng.uniform(0.15, 0.3), rng.uniform(0.8, 2.2))
     parts = {
         "crank": bar(rng, (0.0, 0.0), a), "coupler": bar(rng, a, b), "rocker": bar(rng, d, b)
@@ -102,7 +109,8 @@ def four_bar(rng: np.random.Generator) -> Draw:
     if rng.random() < 0.5:
         place = [("coupler", "centre"), ("coupler", "end"), ("crank", "end")][rng.integers(3)]
         of = parts[place[0]]
-        c, s = np.cos(of.angle), np.sin(of.angle)
+        c = np.cos(of.angle)
+        s = np.sin(of.angle)
         x = of.points[place[1]][0]
         parts["load"] = point(rng, (of.place[0] + c * x, of.place[1] + s * x))
         joints["L"] = "pin", ("load", "centre"), place
@@ -115,7 +123,8 @@ def four_bar(rng: np.random.Generator) -> Draw:
 
 def slider_crank(rng: np.random.Generator) -> Draw:
     """Return a slider–crank whose slider is a body on a guide, or a point mass in a slot."""
-    length, arm = rng.uniform(0.3, 0.6), rng.uniform(0.05, 0.2)
+    length = rng.uniform(0.3, 0.6)
+    arm = rng.uniform(0.05, 0.2)
     a = beyond(rng, (0.0, 0.0), arm)
     b = a[0] + np.sqrt(length**2 - a[1] ** 2), 0.0
     parts = {"crank": bar(rng, (0.0, 0.0), a), "rod": bar(rng, a, b)}
@@ -165,8 +174,10 @@ def quick_return(rng: np.random.Generator) -> Draw:
 
 def cranks(rng: np.random.Generator) -> Draw:
     """Return a plate that hangs on two or three parallel cranks or rods."""
-    count, angle = rng.integers(2, 4), -rng.uniform(0.5, 1.2)
-    length, places = rng.uniform(0.2, 0.5), np.sort(rng.uniform(-0.5, 0.5, 3))
+    count = rng.integers(2, 4)
+    angle = -rng.uniform(0.5, 1.2)
+    length = rng.uniform(0.2, 0.5)
+    places = np.sort(rng.uniform(-0.5, 0.5, 3))
     parts: dict[str, Part] = {}
     joints: dict[str, tuple] = {}
     centre = beyond(rng, (0.0, 0.0), length, angle)

@@ -76,7 +76,8 @@ def rod(start: Sequence[float], end: Sequence[float], mass: float, inertia: floa
 def mechanism(draw: Draw) -> fb.Mechanism:
     """Return the model; sensors are x, y and angle of each body, then the force of each joint."""
     loads: dict[str, Any] = {"gravity": fb.Gravity(y=-GRAVITY)}
-    bodies, joints = {}, {}
+    bodies = {}
+    joints = {}
     sensors: dict[str, Any] = {}
 
     def of(place: Place) -> Any:
@@ -123,7 +124,8 @@ class Reference:
     """The equations of motion of a `Draw` in x, y and φ of its bodies."""
 
     def __init__(self, draw: Draw):
-        self.draw, self.row = draw, {name: 3 * k for k, name in enumerate(draw.parts)}
+        self.draw = draw
+        self.row = {name: 3 * k for k, name in enumerate(draw.parts)}
         parts = draw.parts.values()
         self.start = np.array([[*part.place, part.angle] for part in parts]).ravel()
         turning = [1.0 if part.inertia is None else part.inertia for part in parts]
@@ -142,7 +144,8 @@ class Reference:
         if not isinstance(place[0], str):
             return np.array(place, dtype=float), J
         i, (x, y) = self.row[place[0]], self.draw.parts[place[0]].points[str(place[1])]
-        c, s = np.cos(q[i + 2]), np.sin(q[i + 2])
+        c = np.cos(q[i + 2])
+        s = np.sin(q[i + 2])
         J[:, i : i + 2] = np.eye(2)
         J[:, i + 2] = -s * x - c * y, c * x - s * y
         return np.array([q[i] + c * x - s * y, q[i + 1] + s * x + c * y]), J
@@ -157,7 +160,8 @@ class Reference:
 
     def rows(self, q: np.ndarray) -> tuple[np.ndarray, dict[str, slice]]:
         """Return Φ_q, and the rows of each joint; those of forces are by unit vectors."""
-        rows, of = [], {}
+        rows = []
+        of = {}
         for name, (kind, first, second, *numbers) in self.draw.joints.items():
             begin = len(rows)
             (r1, J1), (r2, J2) = self.point(first, q), self.point(second, q)
@@ -169,7 +173,8 @@ class Reference:
                 rows.append(unit @ (J1 - J2))
             if kind in ("slot", "slide"):
                 axis = numbers[0]
-                c, s = np.cos(angle), np.sin(angle)
+                c = np.cos(angle)
+                s = np.sin(angle)
                 n = np.array([-s * axis[0] - c * axis[1], c * axis[0] - s * axis[1]])
                 n /= np.hypot(*n)
                 turned = np.array([-n[1], n[0]])
@@ -282,7 +287,8 @@ class Reference:
             return None
         outputs: dict[str, list] = {}
         for state in fine.sol(times).T:
-            q, v = state[:n], state[n:]
+            q = state[:n]
+            v = state[n:]
             _, forces = self.accelerations(q, v)
             J, of = self.rows(q)
             for name, i in self.row.items():
@@ -292,7 +298,8 @@ class Reference:
             for name, (kind, first, *_) in self.draw.joints.items():
                 if kind == "motor":
                     continue
-                rows, place = J[of[name]], self.row[first[0]]
+                rows = J[of[name]]
+                place = self.row[first[0]]
                 count = {"pin": 2, "weld": 2, "slot": 1, "slide": 1, "rod": 1}[kind]
                 force = -(forces[of[name]][:count] @ rows[:count, place : place + 2])
                 outputs.setdefault(f"force {name}_X", []).append(force[0])

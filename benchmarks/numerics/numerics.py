@@ -27,7 +27,9 @@ from benchmarks.numerics.problems import (
     reference,
 )
 
-STEPS, RADII, PERIODS = (10, 20, 40, 100), (0.0, 0.5, 0.7, 0.9, 1.0), 20
+STEPS = (10, 20, 40, 100)
+RADII = (0.0, 0.5, 0.7, 0.9, 1.0)
+PERIODS = 20
 """Steps per period, spectral radii and periods of the mass on a spring."""
 
 
@@ -55,14 +57,17 @@ def lag_and_damping(steps: int, radius: float) -> tuple[float, float]:
     r, v = (found.sel(output=name).values for name in ("r_X", "v_X"))
     phase = np.unwrap(np.angle((r - 1) - 1j * v / (2 * np.pi)))
     size = np.hypot(r - 1, v / (2 * np.pi))
-    whole, t = slice(steps, None, steps), 2 * np.pi * found.time.values  # after whole periods
-    turned, decay = np.polyfit(t[whole], phase[whole], 1)[0], np.polyfit(t, np.log(size), 1)[0]
+    whole = slice(steps, None, steps)
+    t = 2 * np.pi * found.time.values  # after whole periods
+    turned = np.polyfit(t[whole], phase[whole], 1)[0]
+    decay = np.polyfit(t, np.log(size), 1)[0]
     return 1 - turned, -decay
 
 
 def laws() -> tuple[list[list[str]], list[tuple[float, ...]]]:
     """Return the table of lag and damping: found, and by the formulas."""
-    rows, numbers = [], []
+    rows = []
+    numbers = []
     for radius in RADII:
         delta = (1 - radius) / (1 + radius)
         for steps in STEPS:
@@ -93,12 +98,14 @@ def errors(problem: Problem, notes: list[str]) -> tuple[list[list[str]], list[di
             f"ρ∞ = 1, {percent(found.other)} % with "
             f"{problem.other.element}, {problem.other.elements} elements"
         )
-    rows, measured = [], []
+    rows = []
+    measured = []
     for choice in problem.choices:
-        found, truth = motion(problem, choice), references[choice.damping].motion
-        true, peak, said = (
-            apart(found, truth), peak_error(found, truth), estimate(problem, choice),
-        )  # fmt: skip
+        found = motion(problem, choice)
+        truth = references[choice.damping].motion
+        true = apart(found, truth)
+        peak = peak_error(found, truth)
+        said = estimate(problem, choice)  # fmt: skip
         per_period = f"{1 / problem.frequency / choice.step:.0f}" if problem.frequency else ""
         measured.append({"choice": vars(choice), "error": true.tolist(), "estimate": said.tolist()})
         rows.append([
@@ -119,7 +126,9 @@ LAWS = ["ρ∞", "steps per period", "lag", "formula", "damping ratio", "formula
 
 def main() -> None:
     folder: Path = options(__doc__, 1).output
-    rows, notes, measured = [], [], {}
+    rows = []
+    notes = []
+    measured = {}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fb.errors.FlexbandWarning)
         for problem in PROBLEMS:

@@ -75,7 +75,9 @@ def main() -> None:
     worn_pin.samples(*points, reference)
     cpu_of_reference = time.process_time() - before
 
-    rows, measured, agree = [], {}, True
+    rows = []
+    measured = {}
+    agree = True
     for (name, output), exact in zip(NUMBERS.items(), reference.T, strict=True):
         test = ks_2samp(runs.sel(output=output).values, exact)
         agree &= bool(test.pvalue >= ALLOWED)

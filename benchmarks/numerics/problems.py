@@ -61,7 +61,8 @@ class Problem:
 
 def member(element: str, elements: int, damping: float, *, E, nu, density, height, width, **given):
     """Return a flexible member of a rectangular section."""
-    area, second = height * width, width * height**3 / 12
+    area = height * width
+    second = width * height**3 / 12
     given |= {"elements": elements, "retardation_time": damping}
     if element == "Cable":
         stiffness = {"axial_stiffness": E * area, "bending_stiffness": E * second}
@@ -75,7 +76,8 @@ def member(element: str, elements: int, damping: float, *, E, nu, density, heigh
 
 def slider_crank(element: str, elements: int, damping: float) -> fb.Mechanism:
     """Return the mechanism of examples/slider_crank.py."""
-    crank, link = 0.2, 0.45
+    crank = 0.2
+    link = 0.45
     return fb.Mechanism(
         bodies={
             "crank": fb.RigidBody.bar(length=crank, height=0.01, width=0.01, density=7800.0),
@@ -141,7 +143,9 @@ def four_bar(element: str, elements: int, damping: float) -> fb.Mechanism:
 
 def engine(element: str, elements: int, damping: float) -> fb.Mechanism:
     """Return a rigid slider–crank that a flywheel keeps turning at about 3000 rpm."""
-    crank, rod, rate = 0.05, 0.15, 100 * np.pi
+    crank = 0.05
+    rod = 0.15
+    rate = 100 * np.pi
     return fb.Mechanism(
         bodies={
             "crank": fb.RigidBody.disc(
@@ -184,8 +188,10 @@ def sweep(base: Choice, **series: Sequence) -> list[Choice]:
 
 
 MS = 1e-3
-PAPER, CRANK = Choice("full", 3, MS), Choice("Beam", 4, MS / 8, damping=1e-4)
-SWING, COUPLER = Choice("Beam", 16, MS, damping=1e-3), Choice("Beam", 4, MS / 4, damping=5e-4)
+PAPER = Choice("full", 3, MS)
+CRANK = Choice("Beam", 4, MS / 8, damping=1e-4)
+SWING = Choice("Beam", 16, MS, damping=1e-3)
+COUPLER = Choice("Beam", 4, MS / 4, damping=5e-4)
 ROPE = Choice("Cable", 24, MS / 2)
 PROBLEMS = [
     Problem(

@@ -31,7 +31,8 @@ TOLERANCES = {1e-6: 1e-3, 1e-7: 1e-3, 1e-8: 1e-4}
 """Of steps -> allowed error of forces, in parts of the largest."""
 
 STEPS = (1e-4, 1e-3, 1e-2)
-DURATION, PLACES = 0.1, 1000
+DURATION = 0.1
+PLACES = 1000
 NUMBERS = {"stiffness": 1e9, "restitution": 0.5}
 
 
@@ -48,7 +49,8 @@ class Lever(NamedTuple):
 
     def mechanism(self, law: contact.NormalLaw, friction: float | None) -> fb.Mechanism:
         """Return the mechanism."""
-        x, y = self.half * np.cos(self.angle), self.half * np.sin(self.angle)
+        x = self.half * np.cos(self.angle)
+        y = self.half * np.sin(self.angle)
         way = fb.ramp(to=-self.travel, duration=0.5).integral
         return fb.Mechanism(
             bodies={

@@ -27,10 +27,13 @@ from benchmarks.numerics.time_functions_draws import (
 )
 from flexband.mechanics.time_functions.tabulation import tabulate
 
-RIGHT, RESOLVED = 1e-3, 0.04
+RIGHT = 1e-3
+RESOLVED = 0.04
 MASS = 0.02
-POINTS, CELLS = 8, 4
-MAX_STEPS, MAX_STEPS_OF_ONE_TIME = 600, 200
+POINTS = 8
+CELLS = 4
+MAX_STEPS = 600
+MAX_STEPS_OF_ONE_TIME = 200
 
 UNRESOLVED = "do not resolve"
 """In warnings of functions of time."""
@@ -82,7 +85,8 @@ def trial(kind: str, family: str, seed: int) -> Trial:
         off = np.abs(result - reference).max(axis=1) / scale
         k = np.argmax(off / within)
         if off[k] / within[k] >= error / max(allowed, RIGHT):
-            error, allowed = off[k], within[k]
+            error = off[k]
+            allowed = within[k]
     warned = tuple(text for w in caught if UNRESOLVED in (text := str(w.message)))
     outcome = OUTCOMES[
         (0 if error <= allowed else 3) + (1 if error <= allowed else -1) * bool(warned)
@@ -153,7 +157,8 @@ def response(load: Drawn, omega: float, times: np.ndarray) -> tuple[np.ndarray, 
     gauss, weights = np.polynomial.legendre.leggauss(POINTS)
     parts = (np.arange(CELLS)[:, None] + (gauss + 1) / 2).ravel() / CELLS
     width = np.diff(edges)[:, None]
-    at, dt = edges[:-1, None] + width * parts, width * np.tile(weights, CELLS) / (2 * CELLS)
+    at = edges[:-1, None] + width * parts
+    dt = width * np.tile(weights, CELLS) / (2 * CELLS)
     near = 1e-9 * width[:, 0]
     ends = load.f(np.stack([edges[:-1] + near, edges[1:] - near]))
     linear = ends[0][:, None] + (ends[1] - ends[0])[:, None] * parts
@@ -171,7 +176,8 @@ def _integrated(f, at, dt, omega: float, edges: np.ndarray, times: np.ndarray) -
     x, v = np.concatenate([np.zeros((2, 1)), np.cumsum(total, axis=1)], axis=1)[
         :, np.searchsorted(edges, times)
     ]
-    c, s = np.cos(omega * times), sine(times)
+    c = np.cos(omega * times)
+    s = sine(times)
     return np.stack([c * x + s * v, -(omega**2) * s * x + c * v])
 
 
@@ -184,7 +190,8 @@ def travel(drive: Drawn, _: float, times: np.ndarray) -> tuple[np.ndarray, np.nd
 def main() -> None:
     chosen = options(__doc__, 100, seed=(1, "first seed"), family=("", "of this name only"))
     names = [("load", name) for name in LOADS] + [("drive", name) for name in DRIVES]
-    rows, trials = [], []
+    rows = []
+    trials = []
     for kind, name in names:
         if chosen.family in f"{kind}: {name}":
             drawn = [trial(kind, name, chosen.seed + k) for k in range(chosen.samples)]

@@ -234,7 +234,8 @@ LOADS = ("smooth", *FEATURES)
 def drive(family: str, rng: np.random.Generator, h: float, steps: int) -> Drawn:
     """Return a prescribed motion of a family for so many steps of h."""
     duration = h * steps
-    at, width = rng.uniform(0.05, 0.5) * duration, rng.uniform(0.05, 0.4) * duration
+    at = rng.uniform(0.05, 0.5) * duration
+    width = rng.uniform(0.05, 0.4) * duration
     speed = between(rng, 1, 50)
     base = rng.choice([0.0, speed]) * power(1)
     if family == "smooth":
@@ -244,7 +245,8 @@ def drive(family: str, rng: np.random.Generator, h: float, steps: int) -> Drawn:
     if family == "smoothsteps":
         return base + (speed * width * rise("smoothstep", width)).after(at)
     if family == "trapezoids":
-        up, down = between(rng, 1, steps / 4) * h, between(rng, 1, steps / 4) * h
+        up = between(rng, 1, steps / 4) * h
+        down = between(rng, 1, steps / 4) * h
         ends = np.cumsum([at, up, width, down])
         slopes = np.array([1 / up, -1 / up, -1 / down, 1 / down]) * speed / 2
         return total([(s * power(2)).after(end) for s, end in zip(slopes, ends, strict=True)])

@@ -19,13 +19,20 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-CRANK, ROD, ROD_MASS, ROD_INERTIA = 0.05, 0.12, 0.21, 2.5e-5
+CRANK = 0.05
+ROD = 0.12
+ROD_MASS = 0.21
+ROD_INERTIA = 2.5e-5
 SPEED = 2 * np.pi * 5000 / 60
-K, A, LEAST_SPEED = 6.61e10, 0.75 * (1 - 0.9**2), 1e-3
+K = 6.61e10
+A = 0.75 * (1 - 0.9**2)
+LEAST_SPEED = 1e-3
 ZETA = -np.log(0.9) / np.hypot(np.pi, np.log(0.9))
 ROD_MASS_OF_TURNING = ROD_INERTIA + ROD_MASS * ROD**2 / 4
-LATE, END = 0.012, 0.036
-TOLERANCE, LONGEST = 1e-10, 5e-6
+LATE = 0.012
+END = 0.036
+TOLERANCE = 1e-10
+LONGEST = 5e-6
 
 NODES = np.array([0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0])
 WEIGHTS = np.array([
@@ -44,7 +51,8 @@ ERROR = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 /
 def contact(t, y, clearance):
     """Return the depth, its rate, and the direction from the hole's middle to the pin."""
     angle = SPEED * t
-    c, s = np.cos(y[0]), np.sin(y[0])
+    c = np.cos(y[0])
+    s = np.sin(y[0])
     dx = CRANK * np.cos(angle) + ROD * c - y[1]
     dy = CRANK * np.sin(angle) + ROD * s
     vx = -CRANK * SPEED * np.sin(angle) - ROD * s * y[2] - y[3]
@@ -52,7 +60,8 @@ def contact(t, y, clearance):
     distance = np.sqrt(dx * dx + dy * dy)
     if distance == 0.0:
         return -clearance, 0.0, 1.0, 0.0
-    nx, ny = dx / distance, dy / distance
+    nx = dx / distance
+    ny = dy / distance
     return distance - clearance, nx * vx + ny * vy, nx, ny
 
 
@@ -64,7 +73,8 @@ def force(depth, rate, began, settled, moved):
     """
     if began < 0.0 or depth <= 0.0:
         return 0.0
-    speed, elastic = max(began, LEAST_SPEED), K * depth**1.5
+    speed = max(began, LEAST_SPEED)
+    elastic = K * depth**1.5
     c = A * elastic / speed
     least = 2.0 * ZETA * np.sqrt(1.5 * elastic / depth * moved)
     reached = 2.0 * elastic * depth / (2.5 * moved)  # squared speed of an impact of this depth
@@ -87,11 +97,13 @@ def rates(t, y, clearance, mass, began, settled, f):
     """Fill in the rates of φ, x and their rates."""
     depth, rate, nx, ny = contact(t, y, clearance)
     F = force(depth, rate, began, settled, mass_of_gap(y, nx, ny, mass))
-    c, s = np.cos(y[0]), np.sin(y[0])
+    c = np.cos(y[0])
+    s = np.sin(y[0])
     ax = -CRANK * SPEED**2 * np.cos(SPEED * t)
     ay = -CRANK * SPEED**2 * np.sin(SPEED * t)
     moment = -ROD * F * (c * ny - s * nx) - ROD_MASS * ROD / 2 * (c * ay - s * ax)
-    f[0], f[1] = y[2], y[3]
+    f[0] = y[2]
+    f[1] = y[3]
     f[2] = moment / ROD_MASS_OF_TURNING
     f[3] = F * nx / mass
 

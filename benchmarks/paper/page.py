@@ -58,7 +58,8 @@ def statements_table(statements: Sequence[Statement]) -> str:
 
 def page(numbers: Numbers) -> str:
     """Return the page."""
-    stiff, soft = numbers["reactions"], numbers["soft link"]
+    stiff = numbers["reactions"]
+    soft = numbers["soft link"]
     damped = cell_of(numbers["sweep"], radius=0.5)
     adaptive = method(stiff, "adaptive PCCI (1 %)")
     found = {

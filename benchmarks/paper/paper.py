@@ -26,12 +26,14 @@ from benchmarks.paper import studies
 from benchmarks.paper.figures import drawings
 from benchmarks.paper.page import page
 
-NUMBERS, PAGE = ROOT / "docs" / "evidence" / "paper.json", ROOT / "docs" / "evidence" / "paper.md"
+NUMBERS = ROOT / "docs" / "evidence" / "paper.json"
+PAGE = ROOT / "docs" / "evidence" / "paper.md"
 IMAGES = ROOT / "docs" / "images" / "paper"
 FULL = 100
 """Samples of LHS–Scanning in the paper."""
 
-DIGITS, COLOURS = 5, 32
+DIGITS = 5
+COLOURS = 32
 """Digits of the numbers that are stored, and colours of a picture."""
 
 

@@ -21,7 +21,8 @@ from benchmarks.paper.verdicts import (
 
 def of_the_method(numbers: Numbers) -> list[Statement]:
     """Return the statements on the example of Eq. (20) and on the random field."""
-    zeros, scaled = numbers["cosine"]["Chebyshev"], numbers["cosine"]["improved Chebyshev"]
+    zeros = numbers["cosine"]["Chebyshev"]
+    scaled = numbers["cosine"]["improved Chebyshev"]
     same = abs(zeros[0] + 1.5503) < 5e-5 and abs(scaled[0] + 1) < 1e-9
     exact = max(abs(scaled[0] + 1), abs(scaled[1] - 1)) < 1e-9
     return [
@@ -42,13 +43,15 @@ def of_the_method(numbers: Numbers) -> list[Statement]:
 
 def of_the_reactions(numbers: Numbers) -> list[Statement]:
     """Return the statements on the reactions at joint A."""
-    study, sweep = numbers["reactions"], numbers["sweep"]
+    study = numbers["reactions"]
+    sweep = numbers["sweep"]
     own = {k: method(study, f"improved PCCI ({k}, {q})") for k, q in ((1, 1), (2, 2), (3, 3))}
     old = {k: method(study, f"PCCI ({k}, {q})") for k, q in ((1, 1), (2, 2), (3, 3))}
     three = own[3]["in thirds"], old[3]["in thirds"]
 
     base = cell_of(sweep)
-    wide, narrow = old[1]["wider"].values(), own[1]["wider"].values()
+    wide = old[1]["wider"].values()
+    narrow = own[1]["wider"].values()
     early, middle, late = (largest(third) for third in own[1]["in thirds"])
     three = [[largest(third) for third in one[3]["in thirds"]] for one in (own, old)]
 
@@ -153,7 +156,8 @@ def _three(own: Mapping[int, Numbers]) -> str:
 
 def of_the_soft_link(numbers: Numbers) -> list[Statement]:
     """Return the statements on the displacement of the middle of the soft link."""
-    stiff, study = numbers["reactions"], numbers["soft link"]
+    stiff = numbers["reactions"]
+    study = numbers["soft link"]
     own = method(study, "improved PCCI (2, 2)")
     first, old_first = (method(study, f"{name} (1, 1)") for name in ("improved PCCI", "PCCI"))
     last = method(study, "PCCI (3, 3)")
@@ -204,10 +208,13 @@ def of_the_soft_link(numbers: Numbers) -> list[Statement]:
 def of_the_cost(numbers: Numbers) -> list[Statement]:
     """Return the statements on cost, and on the perturbation method."""
     study = numbers["reactions"]
-    reference, own = study["methods"][0], method(study, "improved PCCI (3, 3)")
-    noise, off = largest(reference["against truth"]), largest(own["against truth"])
+    reference = study["methods"][0]
+    own = method(study, "improved PCCI (3, 3)")
+    noise = largest(reference["against truth"])
+    off = largest(own["against truth"])
     perturbed = method(study, "perturbation–Chebyshev (3, improved)")
-    runs, spent = reference["runs"] / own["runs"], list(numbers["cost"].values())
+    runs = reference["runs"] / own["runs"]
+    spent = list(numbers["cost"].values())
     return [
         Statement(
             "a run takes 40 s, so that the reference takes 111 h and improved PCCI 2.8 h",

@@ -17,7 +17,8 @@ from benchmarks.harness import ROOT
 from flexband.study.comparison import Comparison, compare, relative_error
 from flexband.study.study import Study
 
-RADII, STEPS = (0.0, 0.5, 0.6, 0.7, 0.8, 0.9), (1e-3, 5e-4, 2e-4)
+RADII = (0.0, 0.5, 0.6, 0.7, 0.8, 0.9)
+STEPS = (1e-3, 5e-4, 2e-4)
 """Spectral radii and steps [s] of the sweep."""
 
 ELEMENTS = {"plain": fb.sections.FullIntegration(), "selective": fb.sections.SelectiveIntegration()}
@@ -57,7 +58,8 @@ class Result:
         }
 
     def _row(self, one: Comparison) -> dict:
-        own, truth = mean_widths(one.bands), mean_widths(self.truth)
+        own = mean_widths(one.bands)
+        truth = mean_widths(self.truth)
         reference = self.compared[0].bands
         return {
             "label": one.method.label,

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 Numbers = Mapping[str, Any]
-HOLDS, NOT = "holds", "does not hold"
+HOLDS = "holds"
+NOT = "does not hold"
 
 
 @dataclass(frozen=True)
@@ -92,5 +93,6 @@ def cell_of(sweep: list[Numbers], element: str = "plain", step: float = 1e-3, ra
 
 def rate(cell: Numbers, name: str) -> float:
     """Return the factor between the errors with 16 and 256 runs, geometric mean of the indexes."""
-    first, last = cell[f"{name} 1"], cell[f"{name} 3"]
+    first = cell[f"{name} 1"]
+    last = cell[f"{name} 3"]
     return math.prod(first[index] / last[index] for index in first) ** (1 / len(first))

@@ -19,7 +19,8 @@ from flexband.uncertainty.inputs.space import Space
 
 IMAGES = Path(__file__).parents[2] / "docs" / "images" / "inputs"
 LOOK = {"font.size": 8.0, "legend.frameon": False, "svg.hashsalt": "flexband"}
-COLOUR, MARKED = "#3b6ea5", "#c0392b"
+COLOUR = "#3b6ea5"
+MARKED = "#c0392b"
 MEASURED = np.random.default_rng(3).gamma(20.0, 0.25, 40)
 
 
@@ -29,7 +30,8 @@ def density(one: fb.Distribution, label: str) -> Callable[[Axes], None]:
     def draw(axes: Axes) -> None:
         z = np.linspace(-4.0, 4.0, 2001)
         x = one.at_normal(z)
-        middle, slope = (x[1:] + x[:-1]) / 2, np.diff(x) / np.diff(z)
+        middle = (x[1:] + x[:-1]) / 2
+        slope = np.diff(x) / np.diff(z)
         height = np.exp(-(((z[1:] + z[:-1]) / 2) ** 2) / 2) / np.sqrt(2 * np.pi) / slope
         shown = (middle > x[50]) & (middle < x[-50])
         axes.fill_between(middle[shown], height[shown], color=COLOUR, alpha=0.3, lw=0)
@@ -73,7 +75,8 @@ def p_box(axes: Axes) -> None:
 
 def choice(axes: Axes) -> None:
     """Draw the bands of a response with either option, and those over both."""
-    t, rate = np.linspace(0.0, 1.0, 101), {"steel": 1.0, "aluminium": 2.5}
+    t = np.linspace(0.0, 1.0, 101)
+    rate = {"steel": 1.0, "aluminium": 2.5}
 
     def response(material, load):
         decay = np.array([rate[one] for one in material])

@@ -10,7 +10,8 @@ from playwright.sync_api import sync_playwright
 
 ROOT = Path(__file__).parents[2]
 PICTURE = ROOT / "docs" / "images" / "report.png"
-WIDTH, HEIGHT = 1100, 1946
+WIDTH = 1100
+HEIGHT = 1946
 
 
 def main() -> None:

@@ -58,7 +58,8 @@ def allocated() -> xr.Dataset:
 
 def farthest(tolerances: np.ndarray) -> np.ndarray:
     """Return how far the point is from its nominal place at most, to both sides, (2,)."""
-    pins, far = len(LINKAGE.pins), np.zeros(2)
+    pins = len(LINKAGE.pins)
+    far = np.zeros(2)
     for corner in product((-1.0, 1.0), repeat=len(LENGTHS)):
         sizes = {
             name: np.array([length + side * t])
@@ -95,7 +96,8 @@ def least_cost() -> float:
 def main() -> None:
     """Print both costs."""
     argparse.ArgumentParser(description=__doc__).parse_args()
-    exact, plan = least_cost(), allocated()
+    exact = least_cost()
+    plan = allocated()
     cost = plan.attrs["cost"]
     print(f"exact {exact:.6g}, allocated {cost:.6g}, {100 * (cost / exact - 1):+.3f} %")
 

@@ -102,8 +102,10 @@ class Linkage:
         own = [
             lengths.get(name, length) for name, length in zip(dyad.names, dyad.lengths, strict=True)
         ]
-        end_x, end_y = own[0] + moved[2][0], moved[2][1]
-        a, b = np.hypot(end_x, end_y), own[1]
+        end_x = own[0] + moved[2][0]
+        end_y = moved[2][1]
+        a = np.hypot(end_x, end_y)
+        b = own[1]
         apart = second - first
         distance = np.hypot(*apart)
         inner = np.arccos((distance**2 + a**2 - b**2) / (2 * distance * a))
@@ -116,8 +118,10 @@ class Linkage:
 def _point(bodies: Mapping[str, Pose], place: Place, moved: np.ndarray) -> np.ndarray:
     name, x, y = place
     origin, angle = bodies[name]
-    c, s = np.cos(angle), np.sin(angle)
-    x, y = x + moved[0], y + moved[1]
+    c = np.cos(angle)
+    s = np.sin(angle)
+    x = x + moved[0]
+    y = y + moved[1]
     return origin + np.stack([c * x - s * y, s * x + c * y])
 
 
@@ -130,7 +134,8 @@ def ends(
     discs finds starts, from which optima are polished along the rims; an optimum inside would be
     found by the scan.
     """
-    rng, radii = np.random.default_rng(seed), np.array(radii)
+    rng = np.random.default_rng(seed)
+    radii = np.array(radii)
     angle = rng.uniform(0, 2 * np.pi, (len(radii), count))
     part = np.where(rng.random(count) < 0.5, 1.0, np.sqrt(rng.random((len(radii), count))))
 
@@ -195,9 +200,11 @@ def stephenson(rng: np.random.Generator, dyads: int = 2) -> Linkage:
 
 def _closes(linkage: Linkage, least: float = 0.35) -> bool:
     """Return whether all dyads close, with the sine of their inner angles above a number."""
-    count, bodies = len(linkage.angles), {}
+    count = len(linkage.angles)
+    bodies = {}
     nothing = np.zeros((2, count))
-    bodies["ground"], bodies["crank"] = (nothing, np.zeros(count)), (nothing, linkage.angles)
+    bodies["ground"] = (nothing, np.zeros(count))
+    bodies["crank"] = (nothing, linkage.angles)
     for dyad in linkage.dyads:
         first, second = (_point(bodies, place, nothing) for place in dyad.places)
         a, b = dyad.lengths

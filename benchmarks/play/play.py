@@ -41,7 +41,8 @@ def compared(
 def main() -> None:
     """Print a row for each linkage."""
     arguments = options(__doc__, samples=40)
-    rng, errors = np.random.default_rng(SEED), []
+    rng = np.random.default_rng(SEED)
+    errors = []
     print("| linkage | pins | runs | error of an end | expected |\n| --- | --- | --- | --- | --- |")
     for k in range(arguments.samples):
         linkage = four_bar(rng) if k % 2 == 0 else stephenson(rng)

@@ -27,10 +27,13 @@ from scipy.stats import norm
 import flexband as fb
 
 SEED = 410_000
-LARGEST, LEAST = 0.3, 1e-5
+LARGEST = 0.3
+LEAST = 1e-5
 """Levels of the probability, between which its logarithm is uniform."""
 
-FARTHEST, POINTS, NODES = 7.5, 3001, 301
+FARTHEST = 7.5
+POINTS = 3001
+NODES = 301
 """Largest |x| and |y|, and points of each."""
 
 Formula = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -94,7 +97,8 @@ FORMULAS = (even, odd, product, centred_product, ridge, kink, pole)
 
 def method_of(rng: np.random.Generator) -> Any:
     """Return a method with given orders."""
-    order, interval = int(rng.integers(1, 6)), int(rng.integers(1, 4))
+    order = int(rng.integers(1, 6))
+    interval = int(rng.integers(1, 4))
     return rng.choice(
         [
             fb.PCCI(order, interval),
@@ -123,7 +127,8 @@ class Case:
         """Return a case; the formulas take turns."""
         rng = np.random.default_rng(seed)
         kind = FORMULAS[seed % len(FORMULAS)]
-        formula, method = kind(rng), method_of(rng)
+        formula = kind(rng)
+        method = method_of(rng)
         level = float(np.exp(rng.uniform(np.log(LEAST), np.log(LARGEST))))
         x, y = rng.standard_normal((2, 1000))
         slope = float(rng.choice([0.0, 0.2]) * formula(x, y).std())
@@ -138,13 +143,16 @@ class Case:
 
     def probability(self, values: np.ndarray, limit: float) -> float:
         """Return the probability of exceeding a limit, of values on the grid at the worst e."""
-        x, y = np.linspace(-FARTHEST, FARTHEST, POINTS), np.linspace(-FARTHEST, FARTHEST, NODES)
+        x = np.linspace(-FARTHEST, FARTHEST, POINTS)
+        y = np.linspace(-FARTHEST, FARTHEST, NODES)
         beyond = values - limit
-        first, second = beyond[:, :-1], beyond[:, 1:]
+        first = beyond[:, :-1]
+        second = beyond[:, 1:]
         cross = first * second < 0
         part = np.divide(first, first - second, out=np.zeros(first.shape), where=cross)
         place = ndtr(x[:-1] + part * np.diff(x))
-        low, high = ndtr(x[:-1]), ndtr(x[1:])
+        low = ndtr(x[:-1])
+        high = ndtr(x[1:])
         chance = np.where(
             cross,
             np.where(second > 0, high - place, place - low),
@@ -154,10 +162,12 @@ class Case:
 
     def limit(self, level: float) -> float:
         """Return the limit that is exceeded with a probability at the worst e."""
-        x, y = np.linspace(-FARTHEST, FARTHEST, POINTS), np.linspace(-FARTHEST, FARTHEST, NODES)
+        x = np.linspace(-FARTHEST, FARTHEST, POINTS)
+        y = np.linspace(-FARTHEST, FARTHEST, NODES)
         sign = -1.0 if self.above else 1.0
         values = sign * self.formula(x[None], y[:, None]) + self.slope
-        low, high = float(values.min()), float(values.max())
+        low = float(values.min())
+        high = float(values.max())
         for _ in range(60):
             middle = (low + high) / 2
             more = self.probability(values, middle) > level

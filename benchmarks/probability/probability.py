@@ -29,10 +29,12 @@ from flexband.requirements.requirement import corridors
 from flexband.uncertainty.inputs.sampling import sobol
 
 SEED = 18_000
-LARGEST, LEAST = 0.3, 1e-6
+LARGEST = 0.3
+LEAST = 1e-6
 """Levels of the largest probability, between which its logarithm is uniform."""
 
-SCANNED, POLISHED = 2048, 6
+SCANNED = 2048
+POLISHED = 6
 """Points of the box at which the maximum is looked for, and from which it is improved."""
 
 
@@ -60,7 +62,8 @@ class Case:
     def drawn(seed: int) -> Case:
         """Return a case; every other has its maximum inside the box in most directions."""
         rng = np.random.default_rng(seed)
-        m, n = int(rng.integers(1, 4)), int(rng.integers(2, 4))
+        m = int(rng.integers(1, 4))
+        n = int(rng.integers(2, 4))
         inside = rng.random(m) < (0.9 if seed % 2 else 0.1)
         quadratic = np.where(inside, rng.uniform(0.3, 3.0, m), rng.uniform(-0.3, 0.1, m))
         linear = np.where(inside, rng.normal(0, 0.1, m), rng.normal(0, 0.5, m))
@@ -71,7 +74,8 @@ class Case:
     @property
     def inputs(self) -> dict[str, Any]:
         """The inputs: η first."""
-        m, n = len(self.linear), self.slopes.shape[1]
+        m = len(self.linear)
+        n = self.slopes.shape[1]
         intervals = {f"e{k}": fb.Interval(-1, 1) for k in range(m)}
         return intervals | {f"x{k}": fb.Normal(0, 1) for k in range(n)}
 
@@ -89,7 +93,8 @@ class Case:
 
     def limit(self) -> tuple[float, np.ndarray]:
         """Return L, and the η of the largest probability."""
-        m, k = len(self.linear), -float(ndtri(self.level))
+        m = len(self.linear)
+        k = -float(ndtri(self.level))
 
         def lowered(eta: np.ndarray) -> np.ndarray:
             c, a = self.parts(np.atleast_2d(eta))

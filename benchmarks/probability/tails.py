@@ -22,10 +22,12 @@ import flexband as fb
 from benchmarks.harness import options, report
 
 SEED = 50_000
-LARGEST, LEAST = 1e-1, 1e-7
+LARGEST = 1e-1
+LEAST = 1e-7
 """Levels of the probability, between which its logarithm is uniform."""
 
-FARTHEST, NODES = 9.0, 601
+FARTHEST = 9.0
+NODES = 601
 """Largest |x| and |y|, and points at which y is integrated over."""
 
 Formula = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -70,7 +72,8 @@ def saturating(rng: np.random.Generator) -> Formula:
 
 def load(rng: np.random.Generator) -> Formula:
     """Return a Gumbel load over a log-normal stiffness."""
-    scatter, stiffness = rng.uniform(0.05, 0.2), rng.uniform(0.03, 0.15)
+    scatter = rng.uniform(0.05, 0.2)
+    stiffness = rng.uniform(0.03, 0.15)
     beta = scatter * np.sqrt(6) / np.pi
     return lambda x, y: (
         (1 - beta * (np.euler_gamma + np.log(-norm.logcdf(x)))) * np.exp(stiffness * y)
@@ -105,11 +108,13 @@ class Case:
     def probability(self, limit: float) -> float:
         """Return the largest probability of exceeding a limit."""
         y = np.linspace(-FARTHEST, FARTHEST, NODES)
-        low, high = np.full(NODES, -FARTHEST), np.full(NODES, FARTHEST)
+        low = np.full(NODES, -FARTHEST)
+        high = np.full(NODES, FARTHEST)
         for _ in range(50):
             middle = (low + high) / 2
             below = self.formula(middle, y) < limit - self.slope
-            low, high = np.where(below, middle, low), np.where(below, high, middle)
+            low = np.where(below, middle, low)
+            high = np.where(below, high, middle)
         return float(np.trapezoid(norm.pdf(y) * ndtr(-low), y))
 
     def limit(self) -> float:
@@ -165,7 +170,9 @@ LEVELS = (1e-2, LARGEST), (1e-4, 1e-2), (LEAST, 1e-4)
 def main() -> None:
     simplefilter("ignore", fb.errors.ToleranceWarning)
     chosen = options(__doc__, 70, seed=(SEED, "of the first case"))
-    rows, data, notes = [], {}, []
+    rows = []
+    data = {}
+    notes = []
     seeds = range(chosen.seed, chosen.seed + chosen.samples)
     for runs in RUNS:
         found = [outcome(Case.drawn(k), k, runs) for k in seeds]

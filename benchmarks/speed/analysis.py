@@ -70,7 +70,8 @@ def child(case: str) -> None:
     """Propagate; print CPU and wall s, number of runs, peak memory [MiB], CPU s of simulations."""
     times, outputs, count, rings = CASES[case]
     fb.propagate(*formula(240, 1, min(count, 6), rings), fb.AdaptivePCCI())
-    begin, wall = time.process_time(), time.perf_counter()
+    begin = time.process_time()
+    wall = time.perf_counter()
     bands = fb.propagate(*formula(times, outputs, count, rings), fb.AdaptivePCCI())
     unit = 2**20 if sys.platform == "darwin" else 2**10
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit
@@ -81,7 +82,8 @@ def child(case: str) -> None:
 def recorded(case: str) -> None:
     """Print as `child` what the recorded runs of an example take, or its narrowed bands."""
     kind, _, file = case.split()
-    study, simulated = load_study(ROOT / file), 0.0
+    study = load_study(ROOT / file)
+    simulated = 0.0
     simulate = DynamicResponse.__call__
 
     def timed(*arguments: Any, **values: Any) -> xr.DataArray:
@@ -96,7 +98,8 @@ def recorded(case: str) -> None:
         expand = partial(fb.expand, study.response, study.inputs, study.method, store=folder)
         surrogate = expand()
         name, whole = next((k, v) for k, v in study.inputs.items() if isinstance(v, fb.Interval))
-        middle, quarter = (whole.lower + whole.upper) / 2, (whole.upper - whole.lower) / 4
+        middle = (whole.lower + whole.upper) / 2
+        quarter = (whole.upper - whole.lower) / 4
         half = fb.Interval(middle - quarter, middle + quarter)
 
         def narrowed() -> xr.Dataset:
@@ -122,7 +125,8 @@ def measured(case: str, notes: dict[str, list[str]]) -> float:
 
 def carried_out(name: str, notes: dict[str, list[str]], *, compiled: bool = True) -> float:
     """Return CPU seconds of a command; keep its wall seconds in the notes."""
-    before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    begin = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         cache = {} if compiled else {"NUMBA_CACHE_DIR": f"{folder}/cache"}
         study = str(ROOT / name.rsplit(maxsplit=1)[-1])
@@ -130,7 +134,8 @@ def carried_out(name: str, notes: dict[str, list[str]], *, compiled: bool = True
         run = subprocess.run(command, capture_output=True, check=False, env=os.environ | cache)
     # with the paper's step the tolerance is not met
     assert run.returncode in (0, ExitStatus.DOUBTFUL), run.stderr.decode()
-    wall, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
+    wall = time.perf_counter() - begin
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
     notes[name if compiled else f"{name}{COLD}"] = [f"{wall:.3g}", "", "", ""]
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 

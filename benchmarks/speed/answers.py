@@ -29,7 +29,8 @@ def slider_crank() -> fb.Surrogate:
 
 def limit(surrogate: fb.Surrogate) -> fb.Limit:
     """Return the limit of a force that is left with a probability of 1e-3."""
-    space, rng = surrogate.space, np.random.default_rng(0)
+    space = surrogate.space
+    rng = np.random.default_rng(0)
     xi = rng.standard_normal((20_000, space.random_dimension))
     eta = np.zeros((len(xi), space.interval_dimension))
     blocks = [slice(k, k + 1000) for k in range(0, len(xi), 1000)]

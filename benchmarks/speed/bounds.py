@@ -28,7 +28,9 @@ from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.expansion import PhaseExpansion
 from flexband.uncertainty.phases.layout import PartColumns
 
-DURATION, STEP, ORDER = 0.6, 1e-3, 3
+DURATION = 0.6
+STEP = 1e-3
+ORDER = 3
 EXAMPLE = runpy.run_path(str(ROOT / "examples" / "paper" / "slider_crank.py"))
 SENSORS = {
     "F": fb.Reaction("A"),
@@ -84,7 +86,8 @@ def long_phase(times: int):
 
 def many_inputs(times: int) -> PhaseExpansion:
     """Return a surrogate of 5 η, 5 ξ and 3 outputs; two η and two ξ change the only phase."""
-    r, t = np.random.default_rng(0), np.linspace(0.0, 1.0, times)
+    r = np.random.default_rng(0)
+    t = np.linspace(0.0, 1.0, times)
     mixed = [np.eye(10)[[a, b]].sum(axis=0) for a, b in ((0, 5), (1, 6), (2, 8), (3, 4))]
     index = np.array([np.zeros(10), *np.eye(10), *2 * np.eye(10), *mixed]).astype(int)
     size = np.array([1.0, 0.15, 0.02])[index.sum(axis=1)][:, None, None]
@@ -130,7 +133,8 @@ def main() -> None:
         ),
     }
     full = chosen.samples >= 256
-    phase_resolved, wide = long_phase(10_000 if full else 2_000), many_inputs(600 if full else 24)
+    phase_resolved = long_phase(10_000 if full else 2_000)
+    wide = many_inputs(600 if full else 24)
     phase_resolved()
     wide.extremes(SIGMAS)
     cases |= {

@@ -29,7 +29,9 @@ from flexband.mechanics.engine.threads import available_cores
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 
 EXAMPLE = runpy.run_path(str(ROOT / "examples" / "worn_pin.py"))
-TURNS, STEP, FIRST = 0.036, 1.2e-3, 1.2e-3  # s: three turns, times of the result, three impacts
+TURNS = 0.036
+STEP = 1.2e-3
+FIRST = 1.2e-3  # s: three turns, times of the result, three impacts
 INSTANTS = ["impacts_t1", "impacts_t2", "impacts_t3"]
 ELASTIC = replace(EXAMPLE["PIN"], restitution=1.0)
 
@@ -44,7 +46,8 @@ def worn_pin(clearances: np.ndarray, law: fb.contact.NormalLaw) -> fb.Mechanism:
 def chosen(clearances, law, duration, tolerance, threads=1) -> tuple[np.ndarray, float, float]:
     """Return instants (samples, 3) [s], and CPU and wall seconds, with steps that are chosen."""
     model = worn_pin(clearances, law)
-    cpu, wall = time.process_time(), time.perf_counter()
+    cpu = time.process_time()
+    wall = time.perf_counter()
     motion = fb.simulate(
         model, duration=duration, step=STEP if duration > STEP else STEP / 4, threads=threads,
         integrator=fb.GeneralizedAlpha(step_tolerance=tolerance),
@@ -59,11 +62,13 @@ def work(clearances: np.ndarray, law: fb.contact.NormalLaw, tolerance: float) ->
     times = np.arange(round(TURNS / STEP) + 1) * STEP
     integrator = fb.GeneralizedAlpha(step_tolerance=tolerance)
     limits = integrator.step_limits(system.structure.state, STEP)
-    packed, counts = pack(system, times, None, tolerance), []
+    packed = pack(system, times, None, tolerance)
+    counts = []
     method = integrator.coefficients(STEP)._replace(matrices=NEWTON.factorizations)
     for block in range(len(clearances) // WIDTH):
         values = packed(block)
-        begun, rounds = begin(system, values), len(packed.schedule.parts)
+        begun = begin(system, values)
+        rounds = len(packed.schedule.parts)
         result = march_block(
             system, method, integrator.tolerance, values, rounds, limits=limits, begun=begun
         )
@@ -73,7 +78,8 @@ def work(clearances: np.ndarray, law: fb.contact.NormalLaw, tolerance: float) ->
 
 def elastic(t, x, v, p, force):
     """Fill in the forces of a pin in its hole, K δ^1.5; the parameters are K and the clearance."""
-    dx, dy = x[0, 0] - x[1, 0], x[0, 1] - x[1, 1]
+    dx = x[0, 0] - x[1, 0]
+    dy = x[0, 1] - x[1, 1]
     distance = np.sqrt(dx * dx + dy * dy)
     depth = distance - p[1]
     if depth > 0.0:
@@ -91,7 +97,8 @@ def fixed(clearances: np.ndarray, step: float) -> np.ndarray:
     instants = np.empty((len(clearances), 3))
     for sample, row in enumerate(gap):
         closing = np.flatnonzero((row[:-1] > 0) & (row[1:] <= 0))[:3]
-        before, after = row[closing], row[closing + 1]
+        before = row[closing]
+        after = row[closing + 1]
         instants[sample] = (closing + before / (before - after)) * step
     return instants
 
@@ -106,7 +113,8 @@ def by_hand(clearances: np.ndarray) -> fb.Mechanism:
 
 def cost_of_fixed(clearances: np.ndarray, step: float) -> float:
     """Return CPU seconds of three turns with steps of this length [s]."""
-    model, before = by_hand(clearances), time.process_time()
+    model = by_hand(clearances)
+    before = time.process_time()
     fb.simulate(model, duration=TURNS, step=STEP, substeps=round(STEP / step), threads=1)
     return time.process_time() - before
 
@@ -118,9 +126,11 @@ def error(instants: np.ndarray, exact: np.ndarray) -> float:
 
 def main() -> None:
     chosen_options = options(__doc__, 128, tolerance=(1e-6, "of the chosen steps"))
-    tolerance, cores = chosen_options.tolerance, available_cores()
+    tolerance = chosen_options.tolerance
+    cores = available_cores()
     clearances = np.random.default_rng(0).uniform(1e-4, 5e-4, chosen_options.samples)
-    checked, law = clearances[: 4 * WIDTH], EXAMPLE["PIN"]
+    checked = clearances[: 4 * WIDTH]
+    law = EXAMPLE["PIN"]
     warnings.simplefilter("ignore", fb.errors.FlexbandWarning)
     chosen(checked, law, FIRST, 1e-6)  # compile
     fixed(checked, 1e-5)
@@ -129,22 +139,26 @@ def main() -> None:
     exact = chosen(checked, law, FIRST, 1e-11)[0]
     half = chosen(checked, law, TURNS, tolerance / 2)[0]
     present = instants[: len(checked)]
-    error_of_all, change = error(present, exact), error(half, present)
+    error_of_all = error(present, exact)
+    change = error(half, present)
     steps, iterations, matrices = work(checked, law, tolerance)
     steps_of_elastic = work(checked, ELASTIC, tolerance)[0]
 
     without = chosen(checked, ELASTIC, FIRST, 1e-11)[0]
     of_elastic, cpu_elastic, _ = chosen(checked, ELASTIC, TURNS, tolerance)
     limit = error(of_elastic, without)
-    step, fixed_error = STEP, np.inf
+    step = STEP
+    fixed_error = np.inf
     for parts in (150, 200, 240, 300, 400, 480, 600, 800, 1200, 2400, 4800):
         if fixed_error > limit:
             step = STEP / parts
             fixed_error = error(fixed(checked, step), without)
     cpu_fixed = cost_of_fixed(checked, step)
 
-    per_sample, elastic_cost = 1e3 * cpu / len(clearances), 1e3 * cpu_elastic / len(checked)
-    fixed_cost, count = 1e3 * cpu_fixed / len(checked), round(TURNS / step)
+    per_sample = 1e3 * cpu / len(clearances)
+    elastic_cost = 1e3 * cpu_elastic / len(checked)
+    fixed_cost = 1e3 * cpu_fixed / len(checked)
+    count = round(TURNS / step)
     rows = [
         ["chosen steps, e = 0.9", per_sample, steps, error_of_all],
         ["chosen steps, e = 1", elastic_cost, steps_of_elastic, limit],

@@ -20,7 +20,8 @@ from benchmarks.harness import ROOT, alternate, medians, options, report
 from benchmarks.speed import peer_exudyn as peer
 from flexband.mechanics.engine.threads import available_cores
 
-DURATION, STEP = 0.6, 1e-3
+DURATION = 0.6
+STEP = 1e-3
 
 
 EXAMPLE = runpy.run_path(str(ROOT / "examples" / "paper" / "slider_crank.py"))
@@ -81,16 +82,19 @@ def agreement() -> list[str]:
         off = np.abs(found - theirs[name]).max()
         notes.append(f"largest difference in the {name}'s position: {off:.1e} m (allowed 1e-4)")
     for k, axis in enumerate("XY"):
-        found, exact = ours.sel(output=f"F_{axis}").values, theirs["F"][:, k]
+        found = ours.sel(output=f"F_{axis}").values
+        exact = theirs["F"][:, k]
         off = 100 * np.abs(found - exact).sum() / np.abs(exact).sum()
         notes.append(f"∫|Δ|dt / ∫|F|dt of F_{axis} at A: {off:.3f} % (allowed 0.2 %)")
     return notes
 
 
 def main() -> None:
-    chosen, cores = options(__doc__, 2048), available_cores()
+    chosen = options(__doc__, 2048)
+    cores = available_cores()
     rows = parameters(chosen.samples)
-    model, few = slider_crank(*rows.T), rows[: max(cores, chosen.samples // 32)]
+    model = slider_crank(*rows.T)
+    few = rows[: max(cores, chosen.samples // 32)]
     own_time(slider_crank(*rows[0]), 1, 1)  # compile
     cases = {
         f"flexband, {cores} threads": partial(own_time, model, len(rows), cores),

@@ -21,7 +21,8 @@ from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.kernels.lanes import cached, filled
 from flexband.mechanics.kernels.records import Record
 
-DURATION, STEP = 0.6, 1e-3
+DURATION = 0.6
+STEP = 1e-3
 
 
 @cached
@@ -76,7 +77,8 @@ def main() -> None:
     mechanism = runpy.run_path(str(ROOT / "examples" / "paper" / "slider_crank.py"))["slider_crank"]
     system = assemble(mechanism(np.linspace(0.194, 0.206, WIDTH), 1000.0, 69e9, 0.34))
     times = np.arange(round(DURATION / STEP) + 1) * STEP
-    structure, values = system.structure, pack(system, times)(0)
+    structure = system.structure
+    values = pack(system, times)(0)
     integrator = fb.GeneralizedAlpha()
     work, failure = begin(system, values)
     first = work.z.copy()
@@ -94,7 +96,8 @@ def main() -> None:
     cases |= kernel_cases(chosen.samples, structure, values, work)
     measured = alternate(cases, chosen.repeats)
     middle = medians(measured)
-    pattern, state = structure.pattern, structure.state
+    pattern = structure.pattern
+    state = structure.state
     report(
         chosen.output,
         "kernels",

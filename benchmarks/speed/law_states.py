@@ -16,12 +16,16 @@ import flexband as fb
 from benchmarks.friction.bristles import bristles
 from benchmarks.harness import alternate, medians, options, report
 
-STEPS, STEP = 5000, 2e-4
+STEPS = 5000
+STEP = 2e-4
 
 
 def cylinder(t, x, v, s, p, force, rate):
     """Push two points apart by the pressures s, which a valve controls."""
-    area, bulk, flow, supply = p[0], p[1], p[2], p[3]
+    area = p[0]
+    bulk = p[1]
+    flow = p[2]
+    supply = p[3]
     opening = 2.0 * (p[4] + 0.05 * np.sin(np.pi * t) - x[2, 0])
     for side in range(2):
         drop = supply - s[side] if opening >= 0.0 else s[side]
@@ -95,7 +99,8 @@ def main() -> None:
     for name in CASES:
         for samples in (1, chosen.samples):
             case = f"{name}, {samples} samples"
-            cost, bare = middle[f"{case}, with"], middle[f"{case}, without"]
+            cost = middle[f"{case}, with"]
+            bare = middle[f"{case}, without"]
             rows.append([case, f"{cost:.3g}", f"{bare:.3g}", f"{cost / bare:.2f}"])
     header = ["case", "with the law [µs]", "without [µs]", "ratio"]
     report(chosen.output, "law_states", header, rows, measured)

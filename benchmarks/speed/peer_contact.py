@@ -20,8 +20,12 @@ from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import march_block
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 
-MASS, SPRING, AMPLITUDE, DURATION = 1.0, 400.0, 0.1, 0.42  # kg, N/m, m, s: three impacts
-FREQUENCY, CHECKED = np.sqrt(SPRING / MASS), 64
+MASS = 1.0
+SPRING = 400.0
+AMPLITUDE = 0.1
+DURATION = 0.42  # kg, N/m, m, s: three impacts
+FREQUENCY = np.sqrt(SPRING / MASS)
+CHECKED = 64
 IMPLICIT = [("GeneralizedAlpha", h, 1e-8) for h in (8e-4, 7e-4, 6e-4, 5e-4, 4e-4, 2e-4)]
 EXPLICIT = [
     ("DOPRI5", DURATION / parts, tolerance)
@@ -52,10 +56,13 @@ def ours(stiffness: np.ndarray, tolerance: float) -> tuple[np.ndarray, float]:
         },
         sensors={"impacts": fb.contact.Contacts("stop", first=3)},
     )
-    system, integrator = assemble(model), fb.GeneralizedAlpha(step_tolerance=tolerance)
+    system = assemble(model)
+    integrator = fb.GeneralizedAlpha(step_tolerance=tolerance)
     limits = integrator.step_limits(system.structure.state, DURATION)
     packed = pack(system, np.array([0.0, DURATION]), None, tolerance)
-    method, rounds, rows = integrator.coefficients(DURATION), len(packed.schedule.parts), []
+    method = integrator.coefficients(DURATION)
+    rounds = len(packed.schedule.parts)
+    rows = []
     begun = time.process_time()
     for block in range(-(-len(stiffness) // WIDTH)):
         values = packed(block)
@@ -116,7 +123,8 @@ def _instants(times: np.ndarray, place: np.ndarray, speed: np.ndarray) -> list[f
     found = []
     for k in np.flatnonzero((place[:-1] > 0) & (place[1:] <= 0))[:3]:
         h, (a, b), (c, d) = times[k + 1] - times[k], place[k : k + 2], speed[k : k + 2]
-        c, d = c * h, d * h
+        c = c * h
+        d = d * h
         roots = np.roots([2 * a - 2 * b + c + d, 3 * b - 3 * a - 2 * c - d, c, a])
         real = roots.real[np.abs(roots.imag) < 1e-9]
         inside = real[(real > -1e-9) & (real < 1 + 1e-9)]
@@ -138,7 +146,8 @@ def compare(samples: int, repeats: int, tolerance: float) -> list[list]:
     """Return rows of case, CPU ms per sample and error; medians of alternating runs."""
     stiffness = np.random.default_rng(0).uniform(0.5e6, 2e6, samples)
     checked = stiffness[:CHECKED]
-    cases, errors = {}, {}
+    cases = {}
+    errors = {}
     for batch in (stiffness, stiffness[:1]):
         name = f"flexband, samples in a batch: {len(batch)}"
         cases[name] = lambda batch=batch: ours(batch, tolerance)[1]

@@ -16,7 +16,9 @@ from itertools import pairwise
 import numpy as np
 
 AVAILABLE = find_spec("exudyn") is not None
-LINK, SIDE, SPEED = 0.45, 0.01, 4 * np.pi
+LINK = 0.45
+SIDE = 0.01
+SPEED = 4 * np.pi
 SETTINGS = {
     "modified Newton, dense": (True, True),
     "modified Newton, sparse": (True, False),
@@ -56,7 +58,8 @@ def build(crank_length: float, spring_stiffness: float, youngs_modulus: float, n
         body = item.ObjectRigidBody2D(physicsMass=mass, physicsInertia=inertia, nodeNumber=node)
         return node, mbs.AddObject(body)
 
-    L, tip = crank_length, SPEED * crank_length
+    L = crank_length
+    tip = SPEED * crank_length
     ground = mbs.AddObject(item.ObjectGround())
     fixed = of_node(mbs.AddNode(item.NodePointGround()), 0)
     mass = 7800 * L * SIDE**2

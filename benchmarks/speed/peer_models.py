@@ -15,7 +15,12 @@ import numpy as np
 import flexband as fb
 from benchmarks.speed import peer_exudyn as peer
 
-LENGTH, HEIGHT, WIDTH, DENSITY, MODULUS, NU = 0.5, 0.002, 0.01, 1000.0, 1e8, 0.3
+LENGTH = 0.5
+HEIGHT = 0.002
+WIDTH = 0.01
+DENSITY = 1000.0
+MODULUS = 1e8
+NU = 0.3
 LEAN = 0.5
 ROD_ELEMENTS = 2
 
@@ -41,8 +46,10 @@ def pendulum(elements: int, modulus=MODULUS) -> fb.Mechanism:
 def parallelograms(loops: int, modulus=MODULUS) -> fb.Mechanism:
     """Return the chain; `modulus` is a number, or an array with one value per sample."""
     down = LEAN - np.pi / 2
-    x, y = LENGTH * np.cos(down), LENGTH * np.sin(down)
-    bodies, joints = {}, {}
+    x = LENGTH * np.cos(down)
+    y = LENGTH * np.sin(down)
+    bodies = {}
+    joints = {}
     for k in range(loops + 1):
         bodies[f"rod{k}"] = _rod(modulus, ROD_ELEMENTS, (float(k), 0.0), down)
         joints[f"ground{k}"] = fb.Revolute(f"rod{k}.start", (float(k), 0.0))
@@ -67,14 +74,17 @@ class _Model:
         exu = peer._exudyn()
         from exudyn import itemInterface as item  # noqa: N813, PLC0415
 
-        self.item, self.modulus = item, modulus
+        self.item = item
+        self.modulus = modulus
         self.container = exu.SystemContainer()
         self.mbs = self.container.AddSystem()
         self.ground = self.mbs.AddObject(item.ObjectGround())
 
     def rod(self, start, angle: float, elements: int) -> tuple[int, int]:
         """Add cables and return the markers of both ends."""
-        item, mbs, one = self.item, self.mbs, LENGTH / elements
+        item = self.item
+        mbs = self.mbs
+        one = LENGTH / elements
         direction = np.array([np.cos(angle), np.sin(angle)])
         nodes = [
             mbs.AddNode(
@@ -103,7 +113,9 @@ class _Model:
 
     def bar(self, start, length: float) -> tuple[int, int]:
         """Add a horizontal rigid bar and return the markers of both ends."""
-        item, mbs, mass = self.item, self.mbs, DENSITY * HEIGHT * WIDTH * length
+        item = self.item
+        mbs = self.mbs
+        mass = DENSITY * HEIGHT * WIDTH * length
         node = mbs.AddNode(
             item.NodeRigidBody2D(referenceCoordinates=[start[0] + length / 2, start[1], 0])
         )
@@ -142,8 +154,10 @@ def _peer_pendulum(elements: int, modulus: float) -> _Model:
 
 
 def _peer_parallelograms(loops: int, modulus: float) -> _Model:
-    model, down = _Model(modulus), LEAN - np.pi / 2
-    ends, tips = [], []
+    model = _Model(modulus)
+    down = LEAN - np.pi / 2
+    ends = []
+    tips = []
     for k in range(loops + 1):
         start, end = model.rod((float(k), 0.0), down, ROD_ELEMENTS)
         model.pin(start, place=(float(k), 0.0))

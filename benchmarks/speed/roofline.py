@@ -48,14 +48,33 @@ MODULES = (
 @cached
 def multiply_adds(count, array):
     """Compute 12 × `count` multiply-adds."""
-    x, y = load(array, 0), load(array, 1)
-    a, b, c, d, e, f = x, y, x, y, x, y
-    g, h, i, j, k, m = y, x, y, x, y, x
+    x = load(array, 0)
+    y = load(array, 1)
+    a = x
+    b = y
+    c = x
+    d = y
+    e = x
+    f = y
+    g = y
+    h = x
+    i = y
+    j = x
+    k = y
+    m = x
     for _ in range(count):
-        a, b, c = a * x + y, b * x + y, c * x + y
-        d, e, f = d * x + y, e * x + y, f * x + y
-        g, h, i = g * x + y, h * x + y, i * x + y
-        j, k, m = j * x + y, k * x + y, m * x + y
+        a = a * x + y
+        b = b * x + y
+        c = c * x + y
+        d = d * x + y
+        e = e * x + y
+        f = f * x + y
+        g = g * x + y
+        h = h * x + y
+        i = i * x + y
+        j = j * x + y
+        k = k * x + y
+        m = m * x + y
     store(array, 2, a + b + c + d + e + f + g + h + i + j + k + m)
 
 
@@ -136,7 +155,9 @@ def main() -> None:
     work = WorkSpace.from_structure(structure)
     work.smallest[:] = 1e-7
     start(structure, values, work, np.zeros((4, WIDTH)), False, 1.0)
-    z, matrix, pattern = work.z, work.matrix, structure.pattern
+    z = work.z
+    matrix = work.matrix
+    pattern = structure.pattern
     count = {
         "residual": operations(
             lambda: equations.residual(structure, values, 0, z, work.r, work.blocks)

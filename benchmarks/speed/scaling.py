@@ -27,7 +27,8 @@ from flexband.mechanics.engine.threads import available_cores, in_parallel
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 
 SIZES = {"pendulum": (4, 16, 64, 256, 1024), "parallelograms": (1, 4, 16, 64)}
-STEPS, STEP = 200, 1e-3
+STEPS = 200
+STEP = 1e-3
 FEW = 20  # steps of Exudyn for large models, in which its Newton iteration fails later
 LARGEST_DENSE = 16
 PATIENCE = 60  # seconds: time limit of a process of Exudyn
@@ -45,7 +46,9 @@ class Own:
         moduli = MODULUS * np.linspace(0.99, 1.01, samples) if samples > 1 else MODULUS
         self.system = assemble(OURS[kind](size, moduli))
         self.packed = pack(self.system, np.arange(STEPS + 1) * STEP)
-        self.samples, self.threads, self.repeats = samples, threads, repeats(size)
+        self.samples = samples
+        self.threads = threads
+        self.repeats = repeats(size)
 
     def _run(self, block: int) -> int:
         method = fb.GeneralizedAlpha().coefficients(STEP)
@@ -89,8 +92,11 @@ def peer_time(kind: str, size: int, processes: int) -> float:
 
 
 def main() -> None:
-    chosen, cores = options(__doc__, 64), available_cores()
-    rows, every, notes = [], {}, []
+    chosen = options(__doc__, 64)
+    cores = available_cores()
+    rows = []
+    every = {}
+    notes = []
     for kind, sizes in SIZES.items():
         for size in sizes if chosen.samples >= WIDTH * cores else sizes[:2]:
             own = Own(kind, size, 1, 1)
@@ -124,7 +130,8 @@ def _columns(middle: dict[str, float], size: int) -> list[str]:
     """Return flexband's time, its time per element or loop, and Exudyn's time with the ratio."""
     columns = []
     for name in ("single", "batched"):
-        own, theirs = middle[name], middle.get(f"Exudyn {name}")
+        own = middle[name]
+        theirs = middle.get(f"Exudyn {name}")
         ratio = "-" if theirs is None else f"{theirs:.3g} ({theirs / own:.1f} ×)"
         columns += [f"{own:.3g}", f"{own / size:.3f}", ratio]
     return columns

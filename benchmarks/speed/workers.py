@@ -41,7 +41,8 @@ class Remote(Executor):
             self.connections.append(connection)
 
     def submit(self, function: Any, /, *arguments: Any, **_: Any) -> Future[Any]:
-        number, future = next(self.numbers), Future[Any]()
+        number = next(self.numbers)
+        future = Future[Any]()
         self.futures[number] = future
         self.connections[number % 2].send((number, function, arguments))
         return future
@@ -76,7 +77,8 @@ def response(a: float, b: float, seconds: float = 0.0) -> np.ndarray:
 
 def main() -> None:
     chosen = options(__doc__, 1000, rounds=(12, "runs per worker"))
-    rows, measured = [], {}
+    rows = []
+    measured = {}
     for seconds in (0.02, 0.5, 5.0):
         executor = Remote(chosen.samples)
         for recorded in (False, True):
@@ -99,9 +101,11 @@ def measure(
     runs = workers * chosen.rounds
     one = fb.models.samplewise(partial(response, seconds=seconds))
     method = fb.LHSScanning(runs // 4, 4)
-    begin, cpu = time.perf_counter(), time.process_time()
+    begin = time.perf_counter()
+    cpu = time.process_time()
     fb.propagate(one, INPUTS, method, executor=executor, store=folder)
-    wall, cpu = time.perf_counter() - begin, time.process_time() - cpu
+    wall = time.perf_counter() - begin
+    cpu = time.process_time() - cpu
     wall -= seconds  # one run is made again, alone
     return wall, cpu / runs, runs * seconds / (workers * wall)
 

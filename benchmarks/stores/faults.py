@@ -56,7 +56,8 @@ def main() -> None:
             process.kill()
             process.wait()
         subprocess.run(command, check=True)
-        runs, found = begun(folder), np.load(f"{folder}/bands.npy")
+        runs = begun(folder)
+        found = np.load(f"{folder}/bands.npy")
         recorded = len(fb.execution.open_runs(f"{folder}/store").run)
     exact = fb.propagate(response, INPUTS, fb.LHSScanning(chosen.samples // 8, 8))
     rows = [

@@ -65,7 +65,8 @@ class RunError(RuntimeError):
 
     def __init__(self, message: str, failures: dict[int, tuple[float, str]], results: Any = None):
         super().__init__(message)
-        self.failures, self.results = failures, results
+        self.failures = failures
+        self.results = results
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (str(self), self.failures, self.results)
@@ -82,7 +83,9 @@ class RunsNeeded(RuntimeError):  # noqa: N818  (nothing is wrong)
     """
 
     def __init__(self, points: np.ndarray, names: Iterable[str], setting: str = ""):
-        self.points, self.names, self.setting = points, list(names), setting
+        self.points = points
+        self.names = list(names)
+        self.setting = setting
         where = f" with {setting}" if setting else ""
         super().__init__(
             f"{number_of(len(points), 'run')} of {', '.join(self.names)}{where} must come from "

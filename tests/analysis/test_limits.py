@@ -73,7 +73,8 @@ def test_the_expected_error_decides():
 
     rough = fb.expand(response, {"x": fb.Normal(0, 1)}, fb.AdaptivePCCI(0.01, 16))
     bar = rough.bands(3.0)
-    high, error = float(bar["error_bar"][1, 0]), 3.0 * float(bar["error_bar_expected_error"][0])
+    high = float(bar["error_bar"][1, 0])
+    error = 3.0 * float(bar["error_bar_expected_error"][0])
     assert error > 1e-3
     for shift, verdict in (
         (-1.1, "not kept"),

@@ -55,7 +55,8 @@ def test_linear_responses_have_zonotopes():
     np.testing.assert_allclose(found["support"][:, 0], exact, rtol=1e-12)
     corners = np.array(np.meshgrid(*[[-1, 1]] * 4)).reshape(4, -1).T * sides
     exact_corners = np.stack([corners @ np.cos(turned), 3 + corners @ np.sin(turned)], axis=1)
-    x, y = found["x"].values[:, 0], found["y"].values[:, 0]
+    x = found["x"].values[:, 0]
+    y = found["y"].values[:, 0]
     area = 0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)
     pairs = [
         4 * sides[i] * sides[j] * abs(np.sin(turned[i] - turned[j]))

@@ -76,7 +76,8 @@ def test_three_times_have_a_parabola(place, size):
 
 
 T = np.linspace(0, 1, 21)
-PEAK, LIMIT = 0.52, 0.97
+PEAK = 0.52
+LIMIT = 0.97
 
 
 def parabolas(a):

@@ -70,7 +70,8 @@ def test_random_inputs_scatter_with_the_tolerances():
 
 def test_several_requirements_and_that_of_all():
     scatter = {"t0": fb.Uniform(-1.0, 1.0)}
-    low, high = fb.Requirement("low", above=-0.9), fb.Requirement("high", below=0.8)
+    low = fb.Requirement("low", above=-0.9)
+    high = fb.Requirement("high", below=0.8)
     found = fb.production_yield(surrogate_of_sum(1), [low, high], scatter, accuracy=0.01)
     np.testing.assert_allclose(found["failing"], [0.05, 0.1, 0.15], rtol=0.05)
     assert "90 % of the parts meet it" in found.attrs["verdict"]

@@ -93,7 +93,10 @@ def test_without_intervals_both_bounds_are_the_quantile():
 
 
 def ringing(**v):
-    a, b, d, e = v["a"], v["b"], v["d"], v["e"]
+    a = v["a"]
+    b = v["b"]
+    d = v["d"]
+    e = v["e"]
     turns = TIME[None] * (6 + a[:, None] + 3 * e[:, None])
     return np.exp(-TIME * (1 + 0.4 * d[:, None])) * np.sin(turns) * (1 + 0.3 * b[:, None])
 
@@ -126,7 +129,8 @@ def test_samples_of_series_are_values_of_the_expansion(method):
     )
     surrogate = fb.expand(response, inputs, method)
     (series,) = SampledSeries.of_outputs(surrogate.expansions[0])
-    xi, eta = samples_of(surrogate.space.families, 1100, 0), np.array([[0.3, -0.8]])
+    xi = samples_of(surrogate.space.families, 1100, 0)
+    eta = np.array([[0.3, -0.8]])
     times = np.array([0, 71, 199])
     values = series.values(series.basis(xi), np.repeat(eta, 3, axis=0), times)
     exact = surrogate.standard(xi, np.repeat(eta, len(xi), axis=0))[:, times]

@@ -119,7 +119,8 @@ def test_shares_are_between_0_and_1(kind, share):
 
 
 def test_limits_and_requirements_of_a_study_are_one():
-    limit, requirement = fb.Limit(below=9.0), fb.Requirement("r", below=8.0)
+    limit = fb.Limit(below=9.0)
+    requirement = fb.Requirement("r", below=8.0)
     study = fb.Study(
         lambda e: e, {"e": fb.Interval(0, 1)}, fb.PCCI(0, 1), limits=limit, requirements=requirement
     )

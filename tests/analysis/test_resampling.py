@@ -81,7 +81,8 @@ def test_at_constant_speed_the_values_are_those_of_times():
     assert result["output"].values.tolist() == ["slider_X", "slider_Y"]
     assert result["crank angle"].attrs == {"units": "deg"}
     at = [0, 25, 50, 75, 100]  # every 90°
-    x, every = result.sel(output="slider_X").values, times.sel(output="slider_X").values
+    x = result.sel(output="slider_X").values
+    every = times.sel(output="slider_X").values
     assert np.allclose(x[0, ::9], every[0, at], rtol=0, atol=1e-12)
     assert np.allclose(x, place(TURN[::2]), rtol=0, atol=2e-6)
 
@@ -103,7 +104,8 @@ def test_bands_over_the_angle_depend_on_no_drive(rise):
 
 
 def test_the_error_falls_with_the_fourth_power_of_the_step():
-    values, errors = np.linspace(0.0, 6.0, 61), []
+    values = np.linspace(0.0, 6.0, 61)
+    errors = []
     for count in (201, 401, 801):
         response = OverOutput(known(np.linspace(0.0, 7.0, count)), "angle", values)
         sine, power = response(scale=[1.0])[0].values

@@ -36,7 +36,8 @@ def test_all_variables_of_bands_are_reserved():
 
 def judged(response):
     """Return the least margin of the response below 1.5; everything else is asked for, too."""
-    surrogate, limit = fb.expand(response, INPUTS, fb.PCCI(1, 1)), fb.Limit(below=1.5)
+    surrogate = fb.expand(response, INPUTS, fb.PCCI(1, 1))
+    limit = fb.Limit(below=1.5)
     fb.analysis.failure_probability(surrogate, limit, accuracy=0.2)
     fb.analysis.contributions(surrogate)
     return float(fb.analysis.check_limits(surrogate, limit)["least_margin"][0])

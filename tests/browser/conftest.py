@@ -26,7 +26,8 @@ def chromium() -> Iterator[Browser]:
 @contextmanager
 def opening(chromium: Browser) -> Iterator[Callable[..., Page]]:
     """Open files; afterwards, refuse errors in the console and requests to the outside."""
-    contexts, complaints = [], []
+    contexts = []
+    complaints = []
 
     def open_file(file: Path, **options: object) -> Page:
         context = chromium.new_context(**options)  # pyright: ignore[reportArgumentType]

@@ -127,7 +127,8 @@ def test_the_legend_says_which_arrow_is_the_longest(still):
     pattern = r"reactions; the longest arrow is (\S+) N, at (\S+), t = (\S+) s"
     size, name, time = re.fullmatch(pattern, legend).groups()
     assert name == joints[joint]
-    size, time = float(size), float(time)
+    size = float(size)
+    time = float(time)
     assert size == pytest.approx(sizes.max(), rel=5e-3)
     assert size == pytest.approx(sizes[joint, round(time / 5e-3)], rel=5e-3)
 

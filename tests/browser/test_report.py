@@ -308,10 +308,8 @@ def test_all_contributions_are_lines_with_a_legend_outside_the_chart(many, share
         for own in above.locator("button", has_text=re.compile("nominal|P_X below")).all()
     ]
     assert looks == ["dotted", "dashed"]
-    key, seen = (
-        above.get_by_role("button", name="nominal"),
-        "plot => plot.data.map((own) => own.visible)",
-    )
+    key = above.get_by_role("button", name="nominal")
+    seen = "plot => plot.data.map((own) => own.visible)"
     before = chart.evaluate(seen)
     key.focus()
     page.keyboard.press("Enter")  # the legend switches curves off and on

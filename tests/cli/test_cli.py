@@ -182,7 +182,8 @@ def test_any_response_can_be_run(tmp_path):
 
 
 def test_compare_writes_data_once_figures_and_a_report(study_file, tmp_path, monkeypatch):
-    out, files = tmp_path / "out", []
+    out = tmp_path / "out"
+    files = []
 
     def store(file, **options):
         files.append(file)
@@ -256,7 +257,8 @@ NAMES = ["A B", "a/b", "$x_", "[bold]:smile:力", "ü" * 300, ".."]
 
 
 def test_any_names_of_outputs_are_in_the_report(tmp_path):
-    file, out = tmp_path / "names.py", tmp_path / "out"
+    file = tmp_path / "names.py"
+    out = tmp_path / "out"
     named = f'"output": {NAMES}, "unit": ("output", {["m"] * len(NAMES)})'
     text = STUDY.replace('"output": ["u", "v"], "unit": ("output", ["m", "N"])', named)
     text = text.replace(

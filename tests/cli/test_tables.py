@@ -24,7 +24,8 @@ study = fb.Study(
 def run(folder, limit, rows, *more, header=("force [N]", "play", "u")):
     """Write a study and a table, and return what the command tells of them."""
     rng = np.random.default_rng(0)
-    force, play = rng.uniform(9.0, 11.0, rows), rng.normal(0.0, 0.1, rows)
+    force = rng.uniform(9.0, 11.0, rows)
+    play = rng.normal(0.0, 0.1, rows)
     with (folder / "runs.csv").open("w", newline="") as opened:
         writer = csv.writer(opened)
         writer.writerow(header)

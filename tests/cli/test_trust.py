@@ -37,7 +37,8 @@ def call(*words):
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """The output of a study, which has gone to other folders."""
-    study, out = tmp_path / "mine" / "study.py", tmp_path / "mine" / "out"
+    study = tmp_path / "mine" / "study.py"
+    out = tmp_path / "mine" / "out"
     study.parent.mkdir()
     study.write_text(STUDY, encoding="utf-8")
     assert call("run", study, "--output", out, "--verify", 4)[0] == 0

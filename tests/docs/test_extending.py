@@ -91,7 +91,8 @@ def test_distribution(page):
     """A Rayleigh variable has the mean s √(π/2) and the standard deviation s √(2 − π/2)."""
     inputs = {"a": page.Rayleigh(fb.Interval(1.0, 2.0))}
     bands = fb.propagate(lambda a: a, inputs, fb.ImprovedPCCI(1, 1))
-    mean, std = np.sqrt(np.pi / 2), np.sqrt(2 - np.pi / 2)
+    mean = np.sqrt(np.pi / 2)
+    std = np.sqrt(2 - np.pi / 2)
     np.testing.assert_allclose(bands["mean"], [mean, 2 * mean], rtol=1e-9)
     np.testing.assert_allclose(bands["error_bar"], [mean - std, 2 * (mean + std)], rtol=1e-9)
 

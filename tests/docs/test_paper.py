@@ -28,7 +28,8 @@ def test_the_page_is_made_of_the_stored_numbers():
 
 def test_the_stored_numbers_are_those_of_the_code():
     assert np.allclose(list(cosine().values()), list(NUMBERS["cosine"].values()), rtol=1e-4)
-    stored, case = cell_of(NUMBERS["sweep"]), slider_crank(0.7)
+    stored = cell_of(NUMBERS["sweep"])
+    case = slider_crank(0.7)
     own, rough = (
         fb.propagate(case.response, case.inputs, method)
         for method in (fb.methods.PhaseResolvedPCCI(*PHASES), fb.ImprovedPCCI(1, 1))

@@ -116,7 +116,8 @@ def test_both_copies_damaged_are_refused(damage, copied):
 
 def test_a_kill_while_damage_is_mended_gives_no_run_another_value(copied, monkeypatch):
     flip(copied / "runs.zarr" / "outputs" / "c.0.0")
-    write, left = growing.write_synced, [0]
+    write = growing.write_synced
+    left = [0]
 
     def stopping(files):
         if current_thread() is main_thread():
@@ -287,7 +288,8 @@ def test_a_full_disk_costs_no_results(tmp_path):
 @pytest.mark.parametrize("every_time", [False, True])
 def test_a_journal_that_cannot_be_closed_stops_no_study(end, every_time, tmp_path, monkeypatch):
     """It waited for ever as soon as many runs waited to be written."""
-    rotate, calls = Journal.rotate, []
+    rotate = Journal.rotate
+    calls = []
 
     def broken(own):
         if current_thread() is not main_thread():
@@ -314,7 +316,8 @@ def test_a_journal_that_cannot_be_closed_stops_no_study(end, every_time, tmp_pat
 @pytest.mark.parametrize("seed", range(2))
 def test_a_disk_that_is_full_at_times_loses_nothing(seed, tmp_path, monkeypatch):
     random = np.random.default_rng(seed)
-    write, append = growing.write_synced, Journal.append
+    write = growing.write_synced
+    append = Journal.append
 
     def writing(files):
         if random.random() < 0.5:
@@ -350,7 +353,8 @@ def delayed(a, b):
 
 def test_a_record_of_which_a_part_was_written_is_cut(tmp_path, monkeypatch):
     """What follows a record that a full disk has cut short could not be read."""
-    journal, folder = Journal(tmp_path), tmp_path
+    journal = Journal(tmp_path)
+    folder = tmp_path
 
     def of(k):
         return Finished(f"s{k}", np.full((2, 1), k), np.full((2, 3), k), "", 0.1, 1e9)

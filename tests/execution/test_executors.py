@@ -17,8 +17,11 @@ class Remote(Executor):
     """Threads of which nothing is known but `submit`; counts what they are given."""
 
     def __init__(self, workers):
-        self.threads, self.lock = ThreadPoolExecutor(workers), Lock()
-        self.submissions, self.under_way, self.most = 0, 0, 0
+        self.threads = ThreadPoolExecutor(workers)
+        self.lock = Lock()
+        self.submissions = 0
+        self.under_way = 0
+        self.most = 0
 
     def submit(self, function, /, *arguments, **_):
         with self.lock:
@@ -44,7 +47,8 @@ def slow(a):
 
 
 def test_quick_calls_are_submitted_several_at_a_time_with_the_same_results():
-    executor, method = Remote(4), fb.LHSScanning(1000, 4)
+    executor = Remote(4)
+    method = fb.LHSScanning(1000, 4)
     one = fb.models.samplewise(quick)
     bands = fb.propagate(one, INPUTS, method, executor=executor)
     assert executor.submissions < 2500  # of 4000 runs

@@ -83,7 +83,8 @@ def test_a_failed_run_stops_and_leaves_the_others_recorded(fault, processes, tmp
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_failed_runs_are_left_out(fault, processes, tmp_path):
-    response, folder = one_by_one(fault), tmp_path / "s"
+    response = one_by_one(fault)
+    folder = tmp_path / "s"
     study = partial(fb.propagate, response, INPUTS, LHS, store=folder, failed="skip")
     found = study(executor=processes)
     runs = status(folder)
@@ -102,7 +103,8 @@ def test_failed_runs_are_left_out(fault, processes, tmp_path):
     [*((fault, None) for fault in IN_PROCESS), ("raises", ThreadPoolExecutor)],
 )
 def test_failed_runs_of_a_vectorized_response_are_found(fault, executor, tmp_path):
-    response, folder = partial(bad, fault=fault), tmp_path / "s"
+    response = partial(bad, fault=fault)
+    folder = tmp_path / "s"
     with executor(2) if executor else nullcontext() as own:
         found = fb.propagate(
             response, INPUTS, LHS, store=folder, failed="skip", batch=16, executor=own

@@ -133,7 +133,8 @@ def test_functions_inside_of_objects_count():
 def test_a_store_is_refused_to_another_response(written, tmp_path):
     inputs = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 1.0)}
     study = functools.partial(fb.propagate, inputs=inputs, method=fb.LHSScanning(5, 3))
-    folder, texts = tmp_path / "s", list(TEXTS)
+    folder = tmp_path / "s"
+    texts = list(TEXTS)
     exact = study(written(texts), store=folder)
     texts[1] = BESIDE.replace("GAIN = 3.0", "GAIN = 3.5")
     with pytest.raises(fb.errors.StoreError, match="the code or the data of the response changed"):

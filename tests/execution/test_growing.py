@@ -36,8 +36,10 @@ def begun(folder):
 
 @given(steps=STEPS, rows=st.integers(1, 7))
 def test_arrays_keep_what_was_appended(steps, rows):
-    folder, expected = Path(tempfile.mkdtemp()), []
-    before, write = chunks.Array.most_rows, growing.write_synced
+    folder = Path(tempfile.mkdtemp())
+    expected = []
+    before = chunks.Array.most_rows
+    write = growing.write_synced
     chunks.Array.most_rows = rows
     try:
         arrays = begun(folder)
@@ -72,7 +74,8 @@ def test_arrays_keep_what_was_appended(steps, rows):
             assert list(found["text"].values) == [text for _, text in expected]
             np.testing.assert_array_equal(found["x"][:, 2], [x for x, _ in expected])
     finally:
-        chunks.Array.most_rows, growing.write_synced = before, write
+        chunks.Array.most_rows = before
+        growing.write_synced = write
         shutil.rmtree(folder)
 
 
@@ -119,7 +122,8 @@ def record(k, count=2):
     flip=st.integers(0, 10_000),
 )
 def test_a_journal_keeps_what_was_appended(steps, cut, flip):
-    folder, count = Path(tempfile.mkdtemp()), 0
+    folder = Path(tempfile.mkdtemp())
+    count = 0
     journal = Journal(folder)
     opened = [journal]
     try:

@@ -100,7 +100,8 @@ def test_a_study_that_is_killed_goes_on_where_it_was(seed, tmp_path):
 
 def test_a_killed_study_leaves_no_workers_and_no_lock(tmp_path):
     """A forked worker inherits open files and survives its study: it must not hold the folder."""
-    log, pid = tmp_path / "log", tmp_path / "pid"
+    log = tmp_path / "log"
+    pid = tmp_path / "pid"
     process = start(study_in_forks, tmp_path / "s", log, pid)
     wait_until(lambda: len(runs_of(log)) >= 2 * BATCH)
     process.kill()
@@ -177,7 +178,8 @@ def test_a_folder_serves_one_study_at_a_time(tmp_path):
 
 
 def test_a_store_opens_at_any_moment_of_a_study(tmp_path):
-    folder, log = tmp_path / "s", tmp_path / "log"
+    folder = tmp_path / "s"
+    log = tmp_path / "log"
     process = start(study_often_written, folder, log)
     wait_until((folder / "runs.zarr" / "zarr.json").exists)
     counts = []
@@ -272,7 +274,8 @@ class SlowCluster:
     """A client of a cluster whose only worker takes some time to come back; or it does not."""
 
     def __init__(self, returns_after):
-        self.asked, self.returns_after = 0, returns_after
+        self.asked = 0
+        self.returns_after = returns_after
 
     def nthreads(self):
         self.asked += 1

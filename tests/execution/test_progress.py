@@ -37,7 +37,8 @@ def test_a_batch_tells_how_many_of_its_runs_are_done(tmp_path):
 
 
 def test_verification_tells_its_progress():
-    surrogate, told = fb.expand(good, INPUTS, fb.PCCI(1, 1)), []
+    surrogate = fb.expand(good, INPUTS, fb.PCCI(1, 1))
+    told = []
     fb.verify(surrogate, halfway, runs=6, progress=lambda *both: told.append(both))
     assert told == [(0, 6), (3, 6), (6, 6)]
     with pytest.raises(fb.errors.InputError, match="progress must be a function"):
@@ -57,7 +58,8 @@ def test_simulations_tell_their_progress_and_run_again_with_shorter_steps(tmp_pa
 
     monkeypatch.setattr("flexband.mechanics.simulate.run_samples", diverging)
     response = fb.dynamic_response(hardening_spring, duration=0.2, step=0.02)
-    inputs, told = {"speed": fb.Interval(10.0, 15.0)}, []
+    inputs = {"speed": fb.Interval(10.0, 15.0)}
+    told = []
     with pytest.raises(fb.errors.SimulationError, match="speed = 15"):
         fb.propagate(response, inputs, fb.LHSScanning(2, 2))
     found = fb.propagate(

@@ -36,7 +36,8 @@ class Stepwise:
 
 
 def test_a_study_that_chooses_its_step_repeats_no_run_at_any_step(tmp_path):
-    method, whole = fb.AdaptivePCCI(0.1), Stepwise()
+    method = fb.AdaptivePCCI(0.1)
+    whole = Stepwise()
     exact = fb.propagate(whole, INPUTS, method)
     assert len({step for step, *_ in whole.made}) > 3
     made = []
@@ -57,7 +58,8 @@ def test_a_study_that_chooses_its_step_repeats_no_run_at_any_step(tmp_path):
 @pytest.mark.parametrize(("correct", "levels"), [(False, 1), (True, 2)])
 def test_verification_is_recorded_too(tmp_path, correct, levels):
     """It has the step of the expansion, which is twice, or four times, that of the finest runs."""
-    response, other = Stepwise(), Stepwise()
+    response = Stepwise()
+    other = Stepwise()
     method = fb.AdaptivePCCI(0.02, correct=correct)
     surrogate = fb.expand(response, INPUTS, method, store=tmp_path)
     first = fb.verify(surrogate, other, store=tmp_path, runs=8).verification

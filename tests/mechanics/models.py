@@ -100,7 +100,8 @@ def pendulum(angle=0.0):
 
 def between_rods(slope):
     """A mass of 2 kg between two rods that rise towards it at this slope, under gravity."""
-    x, y = np.cos(slope), np.sin(slope)
+    x = np.cos(slope)
+    y = np.sin(slope)
     return fb.Mechanism(
         bodies={"m": fb.PointMass(mass=2.0, position=(0.0, 0.0))},
         joints={
@@ -183,7 +184,8 @@ def pendulum_driven(angle, **parts):
 def parallelogram(cranks, lean=0.3):
     """Cranks of 1 m at x = 0, 1, …, all pinned to one coupler; a third one is redundant."""
     direction = np.pi / 2 - lean
-    x, y = np.cos(direction), np.sin(direction)
+    x = np.cos(direction)
+    y = np.sin(direction)
     bodies = {
         f"crank{k}": fb.RigidBody.bar(length=1.0, start=(k, 0.0), angle=direction, **SQUARE_ROD)
         for k in range(cranks)
@@ -303,7 +305,8 @@ def states(mechanism, steps, step, integrator=None):
     integrator = integrator or fb.GeneralizedAlpha()
     system = assemble(mechanism)
     times = np.arange(max(steps, 1) + 1) * step
-    structure, outputs = system.structure, np.zeros((steps + 1, system.sensed, WIDTH))
+    structure = system.structure
+    outputs = np.zeros((steps + 1, system.sensed, WIDTH))
     values = pack(system, times)(0)
     work, failure = begin(system, values)
     run(
@@ -311,7 +314,8 @@ def states(mechanism, steps, step, integrator=None):
         integrator.coefficients(step), integrator.tolerance,
     )  # fmt: skip
     assert not failure[0].any()
-    n, v = structure.state.coordinates, structure.state.velocity
+    n = structure.state.coordinates
+    v = structure.state.velocity
     z = work.z[:, 0]
     return z[1 : n + 1], z[v + 1 : v + n + 1], z[n + 1 : structure.pattern.unknowns + 1]
 
@@ -332,8 +336,12 @@ def timoshenko(omega, length, EI, kGA, mass, rotary):
     `mass` and `rotary` are the mass [kg/m] and the rotary inertia [kg m] per length.
     """
     A = np.zeros((4, 4))
-    A[0, 1], A[0, 3], A[1, 2], A[2, 3] = 1, EI / kGA, 1, -1
-    A[2, 1], A[3, 0] = -rotary * omega**2 / EI, -mass * omega**2 / EI
+    A[0, 1] = 1
+    A[0, 3] = EI / kGA
+    A[1, 2] = 1
+    A[2, 3] = -1
+    A[2, 1] = -rotary * omega**2 / EI
+    A[3, 0] = -mass * omega**2 / EI
     return expm(A * length)
 
 

@@ -7,7 +7,8 @@ from flexband.mechanics.bodies.body import Body
 from flexband.mechanics.kernels.forms import Form, Frame, dot
 from flexband.mechanics.sensors.motion import Sensor
 
-MASS, INERTIA = 15.0, np.array([0.25, 0.4, 0.3])
+MASS = 15.0
+INERTIA = np.array([0.25, 0.4, 0.3])
 NONE = Rotation.identity()
 
 

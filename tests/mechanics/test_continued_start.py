@@ -63,14 +63,16 @@ def test_a_bar_that_is_caught_at_its_end_turns_with_its_angular_momentum():
 
     Samples are caught where each of them is, as in the function of a study.
     """
-    rate, v = np.array([2.0, -3.0, 0.0]), (1.0, -0.7)
+    rate = np.array([2.0, -3.0, 0.0])
+    v = (1.0, -0.7)
     free = fb.simulate(bar(rate=rate, velocity=v), duration=0.3, step=1e-3, keep_state=True)
     place = free.isel(time=-1)
     pin = tuple(place.sel(output=name).values for name in ("end_X", "end_Y"))
     held = bar(rate=rate, velocity=v, joints={"pin": fb.Revolute("b.end", pin)})
     motion = fb.simulate(held, duration=0.01, step=1e-3, start=free)
     angle = 0.3 * rate
-    x, y = -0.5 * np.cos(angle), -0.5 * np.sin(angle)
+    x = -0.5 * np.cos(angle)
+    y = -0.5 * np.sin(angle)
     inertia = 0.15 + 2.0 * 0.25
     exact = (0.15 * rate + 2.0 * (x * v[1] - y * v[0])) / inertia
     after = motion.sel(output="rate").values
@@ -84,12 +86,14 @@ def test_a_pendulum_that_its_motor_releases_keeps_its_energy():
     """After more than a turn, and with the motor again at a later time."""
     parts = {"joints": {"O": fb.Revolute("b.start", (0.0, 0.0))}, "loads": {"g": fb.Gravity()}}
     motor = {"motor": fb.PrescribedRotation("b", lambda t: 8.0 * np.asarray(t))}
-    free, driven = bar(**parts), bar(**parts | {"joints": parts["joints"] | motor})
+    free = bar(**parts)
+    driven = bar(**parts | {"joints": parts["joints"] | motor})
     options = {"step": 5e-4, "integrator": fb.GeneralizedAlpha(spectral_radius=1.0)}
     first = fb.simulate(driven, duration=1.0, keep_state=True, **options)
     second = fb.simulate(free, duration=0.2, start=first, keep_state=True, **options)
     assert second.attrs["lost_energy"][0] == pytest.approx(0.0, abs=1e-12)
-    height, rate = second.sel(output="end_Y"), second.sel(output="rate")
+    height = second.sel(output="end_Y")
+    rate = second.sel(output="rate")
     energy = 0.5 * 0.65 * rate**2 + 2.0 * 9.81 * height / 2
     np.testing.assert_allclose(energy, energy[0], rtol=1e-5)
     assert float(rate[0]) == pytest.approx(8.0, rel=1e-9)
@@ -191,7 +195,8 @@ def test_a_closed_stop_that_is_moved_deeper_is_refused_with_its_depth(closed):
 
 def test_samples_go_on_alone_as_with_others():
     mass = np.linspace(0.5, 5.0, 9)
-    together, alone = latched(mass), latched(mass[8])
+    together = latched(mass)
+    alone = latched(mass[8])
     assert np.array_equal(together[8], alone)
     assert together.attrs["lost_energy"][8] == alone.attrs["lost_energy"][0]
 

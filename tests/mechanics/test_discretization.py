@@ -28,7 +28,8 @@ def swinging(times):
 @pytest.mark.parametrize("radius", [0.6, 1.0])
 def test_the_error_of_the_step_against_a_pendulum_in_closed_form(radius):
     """At every time and for the whole motion; the error falls with the square of the step."""
-    integrator, found = fb.GeneralizedAlpha(spectral_radius=radius), []
+    integrator = fb.GeneralizedAlpha(spectral_radius=radius)
+    found = []
     for step in (1e-2, 5e-3):
         given = {"duration": 2.0, "step": step, "integrator": integrator}
         estimate = fb.discretization_error(pendulum(), **given).sel(output="tip_Y")
@@ -58,8 +59,10 @@ def loaded(elements, integration):
 
 def test_the_error_of_the_mesh_against_the_deflection_of_beam_theory():
     """PL³/3EI + PL/kGA at the full load, with continuum elements of order two."""
-    bending, shear = 0.5**3 / 3 / (0.02 * 0.025**3 / 12), 0.5 * 2.6 * 15.3 / 13 / (0.02 * 0.025)
-    exact, time = -20.0 * (bending + shear) / 2e11, {"duration": 0.2, "step": 1e-3}
+    bending = 0.5**3 / 3 / (0.02 * 0.025**3 / 12)
+    shear = 0.5 * 2.6 * 15.3 / 13 / (0.02 * 0.025)
+    exact = -20.0 * (bending + shear) / 2e11
+    time = {"duration": 0.2, "step": 1e-3}
     for elements in (4, 8):
         model = loaded(elements, fb.sections.SelectiveIntegration())
         tip = float(fb.simulate(model, **time).sel(output="tip_Y")[-1])
@@ -95,7 +98,8 @@ def test_every_sample_has_its_error_and_what_rests_has_none():
         sensors={"r": fb.Position("m")},
     )
     time = {"duration": 0.4, "step": 1e-3}
-    motion, errors = fb.simulate(model, **time), fb.discretization_error(model, **time)
+    motion = fb.simulate(model, **time)
+    errors = fb.discretization_error(model, **time)
     assert errors["error"].dims == motion.dims == ("sample", "output", "time")
     assert errors["error"].coords.identical(motion.coords)
     exact = 1 + 0.2 * np.cos(np.sqrt(stiffness)[:, None] * motion.time.values)

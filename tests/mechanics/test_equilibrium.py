@@ -12,7 +12,8 @@ from tests.mechanics.models import pendulum
 
 
 def test_hanging_chain_of_springs_in_series():
-    k, m = np.array([100.0, 200.0, 400.0]), 1.5
+    k = np.array([100.0, 200.0, 400.0])
+    m = 1.5
     model = fb.Mechanism(
         bodies={
             "a": fb.PointMass(mass=m, position=(0.0, -1.0)),

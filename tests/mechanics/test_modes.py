@@ -189,7 +189,8 @@ def test_a_mass_on_a_turning_table():
         matrix = np.zeros((4, 4))
         matrix[:2, 2:] = np.eye(2)
         matrix[2:, :2] = np.diag([rate**2 - 40.0, rate**2 - 90.0])
-        matrix[2, 3], matrix[3, 2] = 2 * rate, -2 * rate
+        matrix[2, 3] = 2 * rate
+        matrix[3, 2] = -2 * rate
         exact = np.linalg.eigvals(matrix)
         exact = exact[exact.imag > -1e-9]
         error = np.abs(found["eigenvalue"].values[:, None] - exact)
@@ -199,7 +200,8 @@ def test_a_mass_on_a_turning_table():
 
 def test_friction_against_the_ground_drives_a_rotor():
     """z̈ + (2iΩ + d) ż + (k − Ω² + i d Ω) z = 0 for z = x + i y in axes that turn."""
-    rate, d = 5.0, 0.5
+    rate = 5.0
+    d = 0.5
     model = turntable(rate, (60.0, 40.0), 0.0, fb.ViscousFriction("m", (0.0, 0.0), d))
     found = fb.modes(model, 4, about=fb.SteadyRotation(rate))["eigenvalue"].values
     exact = np.roots([1.0, 2j * rate + d, 100.0 - rate**2 + 1j * d * rate])
@@ -348,7 +350,8 @@ def test_stiff_motions_that_are_not_resolved_do_not_count_as_growing():
 
 def test_small_inertias_are_not_lost_next_to_large_ones():
     """A thin cable on a wheel of 1e12 times its inertia vibrates as if it were clamped there."""
-    L, J = 0.1, 1e10
+    L = 0.1
+    J = 1e10
     wheel = fb.RigidBody(mass=1.0, inertia=J, points={"rim": (3.0, 4.0)})
     cable = fb.Cable(
         length=L, mass_per_length=1.0, axial_stiffness=1e6, bending_stiffness=1.0, elements=8,

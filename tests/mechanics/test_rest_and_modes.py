@@ -144,7 +144,9 @@ def released(held, speed=0.0):
 def test_what_is_held_is_released_with_a_speed(speed):
     rest = fb.equilibrium(released(held=True), keep_state=True)
     motion = fb.simulate(released(held=False, speed=speed), duration=1.0, step=1e-3, start=rest)
-    level, w, t = 6.0 - 98.1 / 100, np.sqrt(10.0), motion["time"].values
+    level = 6.0 - 98.1 / 100
+    w = np.sqrt(10.0)
+    t = motion["time"].values
     exact = level - 3.0 * np.cos(w * t) + speed / w * np.sin(w * t)
     np.testing.assert_allclose(motion.sel(output="y_Y"), exact, atol=2e-5)
     assert motion.sel(output="v_Y").values[0] == pytest.approx(speed, abs=1e-12)
@@ -161,7 +163,9 @@ def test_a_static_start_has_the_joints_that_are_active(first):
         sensors={"y": fb.Position("m")},
     )
     motion = fb.simulate(model, duration=1.0, step=1e-3, start="static")
-    y, t, level = motion.sel(output="y_Y").values, motion["time"].values, 6.0 - 98.1 / 100
+    y = motion.sel(output="y_Y").values
+    t = motion["time"].values
+    level = 6.0 - 98.1 / 100
     if first:
         later = np.maximum(t - 0.5, 0.0)
         np.testing.assert_allclose(y, level * (1 - np.cos(np.sqrt(10) * later)), atol=3e-5)

@@ -48,7 +48,8 @@ def test_turning_and_moving_everything_changes_nothing(angle, x, y):
     """A flexible pendulum under a turned field of gravity, seen in turned axes."""
 
     def tip(turn, at):
-        c, s = np.cos(turn), np.sin(turn)
+        c = np.cos(turn)
+        s = np.sin(turn)
         body = beam(elements=2, height=0.02, youngs_modulus=1e8, start=at, angle=turn)
         model = fb.Mechanism(
             bodies={"b": body},
@@ -103,7 +104,11 @@ def test_a_mechanism_without_sensors_is_refused():
     told = r"no sensors, so it has no outputs; add .* such as Mechanism\(..., sensors="
     with pytest.raises(fb.errors.InputError, match=told):
         fb.simulate(pendulum_driven(lambda t: t, sensors={}), duration=0.01, step=1e-3)
-    inputs, builder = {"k": fb.Interval(1.0, 2.0)}, lambda k: fb.Mechanism(bodies={"a": block()})
+    inputs = {"k": fb.Interval(1.0, 2.0)}
+
+    def builder(k):
+        return fb.Mechanism(bodies={"a": block()})
+
     for response in (
         fb.dynamic_response(builder, duration=0.01, step=1e-3), fb.static_response(builder)
     ):  # fmt: skip
@@ -178,9 +183,11 @@ def test_a_long_simulation_tells_its_steps_and_the_time_left(monkeypatch, capsys
     capsys.readouterr()
     monkeypatch.setattr(threads, "BEAT", 0.02)
     monkeypatch.setattr(progress.Pace, "many_steps", 300_000)
-    stages, messages = [], []
+    stages = []
+    messages = []
     listener = progress.ProgressListener()
-    listener.stage, listener.warn = stages.append, messages.append
+    listener.stage = stages.append
+    listener.warn = messages.append
     with progress.listening(listener):
         progress.listener().stage("the first runs")
         fb.simulate(swinging(), duration=300.0, step=1e-3)

@@ -30,7 +30,8 @@ def cable():
 
 
 def test_what_the_steps_follow_is_known(monkeypatch):
-    texts, finish = [], BlocksUnderWay.finish
+    texts = []
+    finish = BlocksUnderWay.finish
 
     def told(blocks, number):
         texts.append(blocks.slowness())
@@ -45,7 +46,9 @@ def test_what_the_steps_follow_is_known(monkeypatch):
 
 def test_why_a_run_takes_long_is_told_once(monkeypatch):
     monkeypatch.setattr(progress.Pace, "long", 0.0)
-    messages, listener, done = [], progress.ProgressListener(), iter([0.1, 0.2, 0.3, 0.4])
+    messages = []
+    listener = progress.ProgressListener()
+    done = iter([0.1, 0.2, 0.3, 0.4])
     listener.warn = messages.append
     with progress.listening(listener):
         pace = progress.Pace(10, lambda: next(done), lambda: "steps follow this")
@@ -57,7 +60,8 @@ def test_why_a_run_takes_long_is_told_once(monkeypatch):
 
 def test_steps_that_reach_no_time_are_told(monkeypatch):
     monkeypatch.setattr(progress.Pace, "silent", 0.0)
-    messages, listener = [], progress.ProgressListener()
+    messages = []
+    listener = progress.ProgressListener()
     listener.warn = messages.append
     with progress.listening(listener):
         pace = progress.Pace(10, lambda: 0.0, lambda: "steps follow this")

@@ -6,7 +6,10 @@ import pytest
 import flexband as fb
 from flexband.errors import AssemblyError, InputError
 
-MASS, STIFFNESS, DAMPING, PERIOD = 2.0, 800.0, 4.0, 0.5
+MASS = 2.0
+STIFFNESS = 800.0
+DAMPING = 4.0
+PERIOD = 0.5
 FREQUENCY = 2 * np.pi / PERIOD
 
 

@@ -12,7 +12,8 @@ LEVER = {"e": (0.5, 0.0)}
 
 def about(point, turn):
     """Return a point of the ground after all has turned about the origin."""
-    c, s = np.cos(turn), np.sin(turn)
+    c = np.cos(turn)
+    s = np.sin(turn)
     return c * point[0] - s * point[1], s * point[0] + c * point[1]
 
 

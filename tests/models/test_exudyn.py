@@ -16,7 +16,8 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "models" / "exudyn_pendulum.p
 
 def test_a_double_pendulum():
     own = runpy.run_path(str(EXAMPLE))
-    first_length, density = own["LENGTH"], own["DENSITY"]
+    first_length = own["LENGTH"]
+    density = own["DENSITY"]
 
     def bar(length, start):
         mass = density * length
@@ -62,7 +63,10 @@ def turned(points, angle, plane):
 def test_a_robot_arm_in_space():
     """Against Lagrange's equations: eight points have the inertia of a block."""
     own = example("exudyn_robot_arm.py")
-    width, forearm, upper, payload = own["WIDTH"], own["FOREARM"], 0.5, 1.0
+    width = own["WIDTH"]
+    forearm = own["FOREARM"]
+    upper = 0.5
+    payload = 1.0
     corners = np.array(list(itertools.product((-(12**-0.5), 12**-0.5), repeat=3)))
 
     def block(length):
@@ -103,7 +107,8 @@ def test_a_robot_arm_in_space():
 def test_a_flexible_four_bar_in_space():
     """A stiff rod moves as a rigid one does; a soft one bends as finer elements say."""
     own = example("exudyn_spatial_four_bar.py")
-    length, angle = 0.3, own["rocker_angle"]
+    length = 0.3
+    angle = own["rocker_angle"]
     mass = own["DENSITY"] * np.pi * own["RADIUS"] ** 2 * length
 
     def places(theta):

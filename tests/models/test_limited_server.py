@@ -55,7 +55,8 @@ def evaluation(number="2.0"):
     [b"", b"POST /Ev", b"POST /Evaluate HTTP/1.1\r\nContent-Length: 90\r\n\r\n{"],
 )
 def test_requests_that_are_not_finished_are_ended(server, begun, capfd):
-    connection, start = connected(server), time.monotonic()
+    connection = connected(server)
+    start = time.monotonic()
     connection.sendall(begun)
     assert answer(connection) == b""
     assert time.monotonic() - start < 3.0

@@ -9,7 +9,8 @@ PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "models.md"
 
 
 def test_the_code_runs():
-    names, found = {}, []
+    names = {}
+    found = []
     for code in re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL):
         exec(code, names)
         if "bands" in names:

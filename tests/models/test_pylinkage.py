@@ -21,7 +21,8 @@ EXAMPLE = runpy.run_path(
 
 def four_bar(crank=1.0, coupler=3.0, rocker=1.0, ground=3.0):
     """That of `fourbar_linkage.py`, a parallelogram; `fourbar_from_lengths_demo.py` has others."""
-    first, second = Ground(0.0, 0.0, name="A"), Ground(ground, 0.0, name="D")
+    first = Ground(0.0, 0.0, name="A")
+    second = Ground(ground, 0.0, name="D")
     driver = Crank(first, radius=crank, angular_velocity=0.31, initial_angle=0.31, name="B")
     pin = RRRDyad(driver.output, second, distance1=coupler, distance2=rocker, name="C")
     return Linkage([first, second, driver, pin])
@@ -29,7 +30,8 @@ def four_bar(crank=1.0, coupler=3.0, rocker=1.0, ground=3.0):
 
 def strider():
     """The walking mechanism of `strider.py`: its feet H and I hang on two dyads each."""
-    a, y = Ground(0.0, 0.0, name="A"), Ground(0.0, 1.0, name="Y")
+    a = Ground(0.0, 0.0, name="A")
+    y = Ground(0.0, 1.0, name="Y")
     right = FixedDyad(a, y, distance=2.0, angle=-np.pi / 4, name="B")
     left = FixedDyad(a, y, distance=2.0, angle=np.pi / 4, name="Bp")
     crank = Crank(a, radius=1.0, angular_velocity=-np.pi / 5, name="C")

@@ -29,7 +29,8 @@ class Halved:
     """Two outputs that step and mesh change, "fine" more than "coarse"; both are left out."""
 
     def __init__(self, step=0.4, elements=4):
-        self.step, self.elements = step, elements
+        self.step = step
+        self.elements = elements
 
     def left_out(self, **_):
         return ["step", "elements"]
@@ -46,7 +47,8 @@ class Halved:
     def __call__(self, a, b):
         t = np.linspace(0, 1, 30)
         y = np.exp(-np.outer(a, t)) + b[:, None]
-        coarse, fine = y * (1 + 0.1 * self.elements**-2.0), y * (1 + self.step**2)
+        coarse = y * (1 + 0.1 * self.elements**-2.0)
+        fine = y * (1 + self.step**2)
         both = np.stack([coarse, fine], axis=1)
         return xr.DataArray(
             both, {"output": ["coarse", "fine"], "time": t}, ("sample", "output", "time")
@@ -82,7 +84,8 @@ class Oscillator:
     """e^{−at} with a step of time whose error is the square of it; or one without a step."""
 
     def __init__(self, step=0.1):
-        self.step, self.refined = step, lambda: Oscillator(step / 2)
+        self.step = step
+        self.refined = lambda: Oscillator(step / 2)
 
     def __call__(self, a, b):
         t = np.linspace(0, 1, 30)

@@ -34,7 +34,8 @@ def test_the_legend_of_bands_hides_none_and_touches_no_title():
     figure = bands_figure({"LHS": scanned, "PCCI": STUDY.run()}, "")
     figure.draw_without_rendering()
     for axes in figure.axes:
-        legend, title = axes.get_legend(), axes.title.get_window_extent()
+        legend = axes.get_legend()
+        title = axes.title.get_window_extent()
         assert legend is not None
         legend = legend.get_window_extent()
         assert axes.bbox.y1 <= legend.y0 + 1

@@ -49,7 +49,8 @@ def copied(finished, tmp_path):
 
 
 def flip(file, seed):
-    data, drawn = bytearray(file.read_bytes()), random.Random(seed)
+    data = bytearray(file.read_bytes())
+    drawn = random.Random(seed)
     data[drawn.randrange(len(data))] ^= 1 << drawn.randrange(8)
     file.write_bytes(data)
 

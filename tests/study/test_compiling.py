@@ -32,7 +32,8 @@ class Process:
     ends = True
 
     def __init__(self, command, **_):
-        self.looks, self.killed = 0, False
+        self.looks = 0
+        self.killed = False
         Process.started.append((command[3:], self))
 
     def poll(self):

@@ -181,7 +181,8 @@ def test_no_part_of_a_result_keeps_the_unit_it_was_computed_in():
         if variable.dtype.kind == "f":
             scale = 1e-3 if name in lengths else 1.0
             np.testing.assert_allclose(shown[name], variable * scale, err_msg=name)
-    bands, verified = surrogate.bands(), fb.verify(surrogate, study.response, runs=4).verification
+    bands = surrogate.bands()
+    verified = fb.verify(surrogate, study.response, runs=4).verification
     for result in (bands, verified, fb.analysis.contributions(surrogate)):
         scaled = kilo.data(result)
         for name, variable in result.data_vars.items():

@@ -63,7 +63,8 @@ def bands(out):
 def test_a_finished_study_is_not_run_again(file, tmp_path):
     out = tmp_path / "out"
     first = call("run", file, "-o", out, "--verify", 4)
-    made, written = runs_made(file), (out / "bands.nc").stat().st_mtime_ns
+    made = runs_made(file)
+    written = (out / "bands.nc").stat().st_mtime_ns
     assert made == 9 + 1 + 4
     again = call("run", file, "-o", out, "--verify", 4)
     assert "has this result already: no run was made" in again
@@ -84,7 +85,8 @@ def test_a_finished_study_is_not_run_again(file, tmp_path):
 
 def test_status_tells_what_is_done_and_how_long_all_runs_take(file, tmp_path, monkeypatch):
     """The new runs open the store once more; what was run before counts in the rate, too."""
-    out, found = tmp_path / "out", {}
+    out = tmp_path / "out"
+    found = {}
 
     def seen(name, own):
         def call(*arguments, **options):
@@ -96,7 +98,8 @@ def test_status_tells_what_is_done_and_how_long_all_runs_take(file, tmp_path, mo
     monkeypatch.setattr(steps, "contributions", seen("answers", fb.analysis.contributions))
     monkeypatch.setattr(steps, "verify", seen("verification", fb.verify))
     call("run", file, "-o", out, "--verify", 4)
-    first, last = found["verification"], found["answers"]
+    first = found["verification"]
+    last = found["answers"]
     assert (first["now"], last["now"]) == ("verification runs", "the answers")
     assert (first["recorded"], last["recorded"], last["done"], last["total"]) == (9, 13, 14, 14)
     ran = json.loads((out / "study.json").read_text(encoding="utf-8"))["ran"]
@@ -110,7 +113,8 @@ def test_status_tells_what_is_done_and_how_long_all_runs_take(file, tmp_path, mo
 
 def test_status_promises_no_number_that_is_not_known(file, tmp_path, monkeypatch):
     file.write_text(STUDY_WITHOUT_STEP.replace("FOLDER", str(tmp_path)), encoding="utf-8")
-    out, found = tmp_path / "out", []
+    out = tmp_path / "out"
+    found = []
     write = StudyFolder.write
 
     def written(self, content):
@@ -153,7 +157,8 @@ def test_what_serves_is_used_and_other_studies_are_refused(file, tmp_path):
 
 @pytest.mark.parametrize("command_line", [True, False])
 def test_a_refusal_leaves_the_folder_to_its_study(file, tmp_path, command_line):
-    out, other = tmp_path / "out", tmp_path / "other.py"
+    out = tmp_path / "out"
+    other = tmp_path / "other.py"
     if command_line:
         call("run", file, "-o", out, "--verify", 0)
     else:  # in Python, without study.json
@@ -173,7 +178,8 @@ def test_a_refusal_leaves_the_folder_to_its_study(file, tmp_path, command_line):
 
 
 def test_a_response_that_failed_at_once_can_be_mended(file, tmp_path):
-    out, text = tmp_path / "out", file.read_text(encoding="utf-8")
+    out = tmp_path / "out"
+    text = file.read_text(encoding="utf-8")
     file.write_text(text.replace("a + b", "a + misspelt"), encoding="utf-8")
     assert "misspelt" in call("run", file, "-o", out, status=1)
     assert (out / "runs.zarr").exists()
@@ -192,7 +198,8 @@ def test_results_of_another_study_are_replaced_only_if_asked(file, tmp_path, mon
     text = file.read_text(encoding="utf-8").replace(
         "fb.models.samplewise(one)", "lambda a, b: a * b"
     )
-    other, renamed = tmp_path / "product.py", tmp_path / "renamed.py"
+    other = tmp_path / "product.py"
+    renamed = tmp_path / "renamed.py"
     other.write_text(text, encoding="utf-8")
     renamed.write_text(text, encoding="utf-8")
     compare = ["compare", "--samples", 4, "--points", 2, "--orders", "1,1"]
@@ -280,7 +287,8 @@ def wait_until(happened, seconds=60.0):
 
 @pytest.mark.skipif(os.name == "nt", reason="signals differ")
 def test_a_study_that_is_stopped_goes_on(file, tmp_path):
-    out, log = tmp_path / "out", file.with_name("log")
+    out = tmp_path / "out"
+    log = file.with_name("log")
     file.write_text(STUDY.replace("PAUSE", "0.25"), encoding="utf-8")
     with started(file, "run", file, "-o", "out", "--verify", 0) as process:
         wait_until(lambda: log.exists() and runs_made(file) > 0)
@@ -487,7 +495,8 @@ study = fb.Study(Swing(), inputs, fb.AdaptivePCCI(0.01))
 
 
 def test_runs_of_a_coarse_trial_are_not_counted_as_failed(tmp_path):
-    file, out = tmp_path / "swing.py", tmp_path / "out"
+    file = tmp_path / "swing.py"
+    out = tmp_path / "out"
     file.write_text(COARSE, encoding="utf-8")
     call("run", file, "-o", out)
     state = state_of(out)

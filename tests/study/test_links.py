@@ -46,7 +46,8 @@ def linked(name, target):
 @pytest.mark.parametrize("locks", [(), ("lock",), ("study.lock",)])
 def test_no_target_of_a_link_is_written_or_shown(locks, finished, tmp_path):
     """Neither by the study, also where it is refused, nor by answers."""
-    secret, out = tmp_path / "secret", tmp_path / "out"
+    secret = tmp_path / "secret"
+    out = tmp_path / "out"
     secret.write_bytes(b"secret")
     shutil.copytree(finished / "out", out)
     names = {one.name for one in out.iterdir() if one.is_file()} - {"lock", "study.lock"}
@@ -63,7 +64,8 @@ def test_no_target_of_a_link_is_written_or_shown(locks, finished, tmp_path):
 
 
 def test_a_store_with_a_link_is_refused(finished, tmp_path):
-    out, other = tmp_path / "out", tmp_path / "other"
+    out = tmp_path / "out"
+    other = tmp_path / "other"
     for name in ("", "outputs", "zarr.json", "journal-000009"):
         shutil.copytree(finished / "out", out)
         link = out / "runs.zarr" / name

@@ -69,7 +69,8 @@ def file(tmp_path):
 
 
 def test_round_by_round_until_the_method_has_converged(file, tmp_path):
-    out, rounds = tmp_path / "out", 0
+    out = tmp_path / "out"
+    rounds = 0
     while (
         result := CliRunner().invoke(app, ["export-points", str(file), "-o", str(out)])
     ).exit_code == 4:
@@ -92,7 +93,8 @@ def test_round_by_round_until_the_method_has_converged(file, tmp_path):
 
 
 def test_results_that_do_not_fit_are_refused(file, tmp_path):
-    out, results = tmp_path / "out", tmp_path / "results.csv"
+    out = tmp_path / "out"
+    results = tmp_path / "results.csv"
     assert "points are to be run" in call("export-points", file, "-o", out, status=4)
     assert "waiting" in call("status", out)
     answer(out, results)
@@ -160,7 +162,8 @@ study = fb.Study(response, {"a": fb.Interval(1.0, 2.0), "k": fb.Uniform(0.0, 1.0
 
 
 def test_runs_are_exported(tmp_path, monkeypatch):
-    file, out = tmp_path / "decay.py", tmp_path / "out"
+    file = tmp_path / "decay.py"
+    out = tmp_path / "out"
     file.write_text(DECAY, encoding="utf-8")
     call("run", file, "-o", out, "--failed", "skip", status=3)  # above 5 % failed
     assert "32 runs" in call("export", out, "--to", tmp_path / "runs.csv")
@@ -170,7 +173,8 @@ def test_runs_are_exported(tmp_path, monkeypatch):
     assert list(rows[0]) == [*names, "u[time=0.0]", "u[time=0.5]"]
     assert sorted({row["status"] for row in rows}) == ["done", "failed"]
     for row in rows:
-        a, k = float(row["a"]), float(row["k"])
+        a = float(row["a"])
+        k = float(row["k"])
         if row["status"] == "done":
             assert float(row["u[time=0.5]"]) == a * np.exp(-0.5 * k)  # all digits
         else:

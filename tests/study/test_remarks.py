@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 import flexband as fb
 from flexband.analysis.results import remarks_on
+from flexband.basics.warning import warn
 from flexband.cli import app
 from flexband.remarks.collection import CollectedRemark, collected, remarks_of
 from flexband.remarks.remark import Doubted, Remark, RemarkKind
@@ -45,7 +46,8 @@ def run(*arguments, status):
 @pytest.mark.parametrize("executor", [[], ["--executor", "processes:1"]])
 def test_a_strain_is_kept_with_its_run_and_undecides_a_verdict(tmp_path, executor):
     """The static strain of 12 N is 12 %, which waves in the rod exceed more than twice."""
-    file, out = tmp_path / "rod.py", tmp_path / "out"
+    file = tmp_path / "rod.py"
+    out = tmp_path / "out"
     file.write_text(ROD, encoding="utf-8")
     line = "'rod' is stretched by 3"
     said = [run("run", file, "-o", out, *executor, status=3)]
@@ -103,7 +105,8 @@ study = fb.Study(
 
 
 def test_shared_reactions_put_only_themselves_in_doubt(tmp_path):
-    file, out = tmp_path / "door.py", tmp_path / "out"
+    file = tmp_path / "door.py"
+    out = tmp_path / "out"
     file.write_text(SHARED, encoding="utf-8")
     said = run("run", file, "-o", out, status=3)
     assert "UNDECIDED load (below 9): probably kept" in said
@@ -138,7 +141,8 @@ study = fb.Study(
 
 def test_an_impulse_undecides_the_forces_that_it_is_in(tmp_path):
     """The centre of the arm moves upwards at once, which takes an impulse of pin_Y alone."""
-    file, out = tmp_path / "crank.py", tmp_path / "out"
+    file = tmp_path / "crank.py"
+    out = tmp_path / "out"
     file.write_text(JUMP, encoding="utf-8")
     said = run("run", file, "-o", out, status=3)
     assert "PASS reach (below 2): kept" in said
@@ -203,7 +207,8 @@ def test_the_worst_of_a_topic_stands_for_it():
 
 def test_a_remark_on_a_whole_call_is_one_on_each_of_its_runs(tmp_path):
     remark = Remark(RemarkKind.ADVICE, "what is remarked")
-    inputs, method = {"a": fb.Interval(0.0, 1.0)}, fb.PCCI(0, 2)
+    inputs = {"a": fb.Interval(0.0, 1.0)}
+    method = fb.PCCI(0, 2)
     with pytest.warns(fb.errors.FlexbandWarning, match="what is remarked"):
         bands = fb.propagate(response_with(remark), inputs, method, store=tmp_path)
     (whole,) = remarks_of(bands.attrs)

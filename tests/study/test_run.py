@@ -39,7 +39,8 @@ def file(tmp_path):
 
 
 def test_a_study_is_run_into_a_folder_without_a_word(file, tmp_path, capfd):
-    study, folder = load_study(file), tmp_path / "out"
+    study = load_study(file)
+    folder = tmp_path / "out"
     result = study.run_in(folder)
     assert capfd.readouterr() == ("", "")
     assert not list(folder.glob("*.html")) + list(folder.glob("*.png"))
@@ -69,7 +70,8 @@ def test_a_result_that_is_there_is_read(file, tmp_path):
 
 
 def test_a_result_without_its_limits_is_computed_again(file, tmp_path):
-    study, folder = load_study(file), tmp_path / "out"
+    study = load_study(file)
+    folder = tmp_path / "out"
     for name in ("limits", "probability"):
         first = study.run_in(folder)
         (folder / f"{name}.nc").unlink()
@@ -82,7 +84,8 @@ def test_a_result_without_its_limits_is_computed_again(file, tmp_path):
 
 
 def test_a_damaged_study_json_is_written_again(file, tmp_path):
-    study, folder = load_study(file), tmp_path / "out"
+    study = load_study(file)
+    folder = tmp_path / "out"
     first = study.run_in(folder)
     (folder / "study.json").write_text("{", encoding="utf-8")
     with pytest.warns(fb.errors.FlexbandWarning, match="cannot be read"):
@@ -98,7 +101,8 @@ def test_results_of_other_methods_and_of_choices_are_read(method, tmp_path):
 
     inputs = {"a": fb.Interval(1.0, 2.0), "kind": fb.Choice("x", "y")}
     study = fb.Study(response, inputs, method, limits=fb.Limit(below=5.0))
-    first, second = study.run_in(tmp_path), study.run_in(tmp_path)
+    first = study.run_in(tmp_path)
+    second = study.run_in(tmp_path)
     assert second.reused
     xr.testing.assert_equal(second.bands, first.bands)
     assert second.limits_unchecked == first.limits_unchecked
@@ -118,7 +122,8 @@ def test_what_is_said_of_a_result_that_is_read_is_the_same(carriers, tmp_path):
 
     inputs = {"a": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
     study = fb.Study(response, inputs, fb.AdaptivePCCI(0.05))
-    first, second = study.run_in(tmp_path), study.run_in(tmp_path)
+    first = study.run_in(tmp_path)
+    second = study.run_in(tmp_path)
     assert second.reused
     assert np.size(first.bands.attrs["carrier_frequencies"]) == carriers
     for said in (tables.remarks, tables.summary_table):
@@ -141,7 +146,8 @@ def test_the_command_line_shows_the_result_of_a_program(file, tmp_path):
 
 
 def test_a_study_that_was_stopped_goes_on(file, tmp_path):
-    unbroken, study = load_study(file), load_study(file)
+    unbroken = load_study(file)
+    study = load_study(file)
     complete = unbroken.run_in(tmp_path / "complete")
     broken = file.with_name("broken.py")
     broken.write_text(STUDY.replace("STOP", "3"), encoding="utf-8")
@@ -154,7 +160,8 @@ def test_a_study_that_was_stopped_goes_on(file, tmp_path):
 
 
 def test_options_of_a_run(file, tmp_path):
-    study, folder = load_study(file), tmp_path / "out"
+    study = load_study(file)
+    folder = tmp_path / "out"
     result = run_study(study, folder, RunOptions(verification_runs=0, record=False))
     assert result.verification is None
     assert not (folder / "study.json").exists()

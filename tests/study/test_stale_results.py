@@ -23,7 +23,8 @@ def call(*words):
 
 
 def test_answers_of_earlier_results_are_left_out_after_an_interrupt(tmp_path, monkeypatch):
-    study, out = tmp_path / "study.py", tmp_path / "out"
+    study = tmp_path / "study.py"
+    out = tmp_path / "out"
     study.write_text(STUDY.format(upper=1.1), encoding="utf-8")
     run = ("run", study, "--output", out)
     assert call(*run).exit_code == 0
@@ -47,7 +48,8 @@ def test_answers_of_earlier_results_are_left_out_after_an_interrupt(tmp_path, mo
 
 
 def test_contributions_of_other_deviations_are_not_those_of_the_report(tmp_path):
-    study, out = tmp_path / "study.py", tmp_path / "out"
+    study = tmp_path / "study.py"
+    out = tmp_path / "out"
     study.write_text(STUDY.format(upper=1.1), encoding="utf-8")
     assert call("run", study, "--output", out).exit_code == 0
     before = (out / "report.html").read_bytes()
@@ -62,7 +64,8 @@ def test_a_report_that_fails_does_not_lose_the_results(tmp_path, monkeypatch):
     def broken(*_, **__):
         raise ValueError("no charts today")
 
-    study, out = tmp_path / "study.py", tmp_path / "out"
+    study = tmp_path / "study.py"
+    out = tmp_path / "out"
     study.write_text(STUDY.format(upper=1.1), encoding="utf-8")
     assert call("run", study, "--output", out).exit_code == 0
     study.write_text(STUDY.format(upper=1.02), encoding="utf-8")

@@ -7,7 +7,9 @@ import flexband as fb
 from flexband.study.start_vibrations import StartVibration, attributes, of_attributes
 from flexband.study.start_vibrations import start_vibrations as vibrations
 
-MASS, STIFFNESS, SPEED = 1.0, 400.0, 0.5
+MASS = 1.0
+STIFFNESS = 400.0
+SPEED = 0.5
 OMEGA = np.sqrt(STIFFNESS / MASS)
 
 
@@ -81,7 +83,8 @@ def test_outputs_that_no_input_changes_have_none():
     case = study(lambda t: SPEED * t)
     surrogate = case.expand()
     bands = surrogate.bands()
-    middle, rounding = bands["error_bar"].mean("bound"), [-1e-16, 1e-16]
+    middle = bands["error_bar"].mean("bound")
+    rounding = [-1e-16, 1e-16]
     bands["error_bar"] = middle + bands["bound"].copy(data=rounding)
     assert not vibrations(case, surrogate, bands)
 

@@ -24,7 +24,10 @@ class Colliding:
     """A triangular wave of x e^(2t), from 0 to 1, which is predictable until 2.56 s."""
 
     def __init__(self, rate=2.0, runs=10_000, *, impacts=True):
-        self.rate, self.runs, self.hits, self.made = rate, runs, impacts, 0
+        self.rate = rate
+        self.runs = runs
+        self.hits = impacts
+        self.made = 0
 
     def __call__(self, x):
         if self.made + len(x) > self.runs:
@@ -48,7 +51,8 @@ def study_of(response, **options):
 
 
 def test_the_parts_are_sampled_where_small_changes_grow_after_impacts(tmp_path):
-    uniform, share = fb.Uniform(0.0, 3.0), fb.analysis.ShareOfParts
+    uniform = fb.Uniform(0.0, 3.0)
+    share = fb.analysis.ShareOfParts
     limits = [
         fb.Requirement("late", below=0.5, during=(4.9, 4.92), criterion=share(0.3)),
         fb.Requirement("early", above=-1.0, criterion=share(0.02)),

@@ -80,7 +80,8 @@ def test_runs_must_agree_with_an_expansion_that_misses_its_tolerance(
     least = least_of(LimitVerdict.NOT_KEPT, -0.5, -0.5, 0.1)
     if kept:
         least = least_of(LimitVerdict.KEPT, 0.5, 0.5, 0.1)
-        recorded, verdict = -recorded, Verdict.PASS if verdict is Verdict.FAIL else verdict
+        recorded = -recorded
+        verdict = Verdict.PASS if verdict is Verdict.FAIL else verdict
     limit = xr.Dataset({"run_required": missed, "recorded_margin": recorded})
     margins = xr.Dataset(attrs={"error": "error_bar_expected_error"})
     assert _by_margin(limit, least, margins, None)[:2] == (verdict, reason)
@@ -110,7 +111,8 @@ class Level:
 def test_after_impacts_it_takes_a_run_to_show_that_intervals_leave_their_bounds(
     below, impacts, verdict, reason
 ):
-    inputs, limit = {"x": fb.Interval(0.0, 1.0)}, fb.Limit(below=below)
+    inputs = {"x": fb.Interval(0.0, 1.0)}
+    limit = fb.Limit(below=below)
     study = fb.Study(Level(impacts), inputs, fb.PCCI(4, 5), requirements=[limit])
     surrogate = fb.expand(study.response, inputs, study.method)
     surely = xr.Dataset(

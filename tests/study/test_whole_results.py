@@ -74,7 +74,8 @@ def test_a_random_study_runs_reports_and_restores_what_is_deleted(tmp_path, seed
     """Every requirement has a line; a file that is lost is refused until it is restored."""
     rng = np.random.default_rng(seed)
     text, requirements = text_of(rng)
-    file, out = tmp_path / "study.py", tmp_path / "out"
+    file = tmp_path / "study.py"
+    out = tmp_path / "out"
     file.write_text(text, encoding="utf-8")
     run = call("run", file, "-o", out, "--verify", 2 if "LHS" not in text else 0)
     assert run.exit_code in (0, 3, 5), (text, run.output)
@@ -109,7 +110,8 @@ def test_a_random_study_runs_reports_and_restores_what_is_deleted(tmp_path, seed
 def test_an_altered_picture_is_refused(tmp_path):
     parts = dict.fromkeys(("choice", "of_inputs", "display", "scatter"), "")
     parts |= {"units": '["m", "m", "rad"]', "default": "1.0", "b": "fb.Normal(0.0, 0.1)"}
-    file, out = tmp_path / "study.py", tmp_path / "out"
+    file = tmp_path / "study.py"
+    out = tmp_path / "out"
     text = STUDY.format(method="PCCI(1, 2)", requirements=REQUIREMENTS[0], **parts)
     file.write_text(text, encoding="utf-8")
     call("run", file, "-o", out)
@@ -144,7 +146,8 @@ study = fb.Study(
 
 
 def test_a_verification_that_failed_once_is_made_by_the_next_run(tmp_path):
-    file, out = tmp_path / "study.py", tmp_path / "out"
+    file = tmp_path / "study.py"
+    out = tmp_path / "out"
     file.write_text(FAILING_ONCE, encoding="utf-8")
     (tmp_path / "full").touch()
     first = call("run", file, "-o", out)
@@ -163,7 +166,8 @@ CHARACTERS = "\x1b]0;owned\x07\u202eevil\x9b2J"
 
 def test_control_characters_of_a_file_do_not_reach_the_terminal(tmp_path):
     text = FAILING_ONCE.replace("fb.Limit(below=3.0)", f"fb.Requirement({CHARACTERS!r}, below=3.0)")
-    file, out = tmp_path / "study.py", tmp_path / "out"
+    file = tmp_path / "study.py"
+    out = tmp_path / "out"
     file.write_text(text, encoding="utf-8")
     outputs = [call("run", file, "-o", out).output]
     record = (out / "study.json").read_text("utf-8")
@@ -198,7 +202,8 @@ def test_every_command_with_a_verdict_ends_with_its_status(tmp_path, requirement
     text = FAILING_ONCE.replace(
         "fb.Limit(below=3.0)", f"[{', '.join(map(kinds.get, requirements))}]"
     )
-    file, out = tmp_path / "study.py", tmp_path / "out"
+    file = tmp_path / "study.py"
+    out = tmp_path / "out"
     file.write_text(text, encoding="utf-8")
     commands = ["run", file, "-o", out], ["run", file, "-o", out], ["resume", out, "--trust"]
     for command in (*commands, ["limits", out, "--trust"], ["limits", out, "--trust", "--json"]):
@@ -246,7 +251,8 @@ study = fb.Study(
 
 def test_bounds_for_plays_that_vary_leave_requirements_undecided(tmp_path):
     """The tip falls far below what is required, but only plays that are constant are bounded."""
-    file, out = tmp_path / "study.py", tmp_path / "out"
+    file = tmp_path / "study.py"
+    out = tmp_path / "out"
     file.write_text(PLAY, encoding="utf-8")
     for command in (["run", file, "-o", out], ["limits", out, "--trust"]):
         told = call(*command)

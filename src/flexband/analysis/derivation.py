@@ -143,8 +143,11 @@ class _Derivation:
         *,
         options: DerivationOptions = DerivationOptions(),
     ):
-        self.surrogate, self.quantity, self.options = surrogate, quantity, options
-        self.sigmas, self.part = sigmas, part
+        self.surrogate = surrogate
+        self.quantity = quantity
+        self.options = options
+        self.sigmas = sigmas
+        self.part = part
         space = surrogate.space
         self.frame = self.labelled(surrogate.standard(*space.nominal()))
         check_free(self.frame, "bound", "input")
@@ -158,7 +161,8 @@ class _Derivation:
 
     def statistics(self, values: np.ndarray) -> np.ndarray:
         """Return the statistics of the bands of samples (…, samples, size), (6, …, size)."""
-        mean, std = values.mean(axis=-2), values.std(axis=-2)
+        mean = values.mean(axis=-2)
+        std = values.std(axis=-2)
         if values.shape[-2] == 1:
             low = high = values[..., 0, :]
         else:
@@ -175,8 +179,10 @@ class _Derivation:
 
     def bands(self, samples: int, seed: int) -> xr.Dataset:
         """Return what `derived` does."""
-        space, size = self.surrogate.space, self.size
-        xi, m = samples_of(space.families, samples, seed), space.interval_dimension
+        space = self.surrogate.space
+        size = self.size
+        xi = samples_of(space.families, samples, seed)
+        m = space.interval_dimension
         eta, searched = self.places(xi, seed) if m else (np.zeros((6, size, 0)), len(xi))
         flat, which = np.unique(eta.reshape(6 * size, m), axis=0, return_inverse=True)
         which = which.reshape(6, size)
@@ -195,7 +201,8 @@ class _Derivation:
                     for shift in shifts
                 ]
                 moved[entries] = np.max(changes, axis=0)[entries]
-        dims, shape = ("bound", *self.frame.dims[1:]), (2, *self.frame.shape[1:])
+        dims = ("bound", *self.frame.dims[1:])
+        shape = (2, *self.frame.shape[1:])
         data: Variables = {}
         for k, name in enumerate(BANDS):
             both = slice(2 * k, 2 * k + 2)
@@ -233,8 +240,11 @@ class _Derivation:
 
     def places(self, xi: np.ndarray, seed: int) -> tuple[np.ndarray, int]:
         """Return η of the bounds, shape (6, size, m), and the number of samples of the search."""
-        surrogate, space, size = self.surrogate, self.surrogate.space, self.size
-        m, options = space.interval_dimension, self.options
+        surrogate = self.surrogate
+        space = self.surrogate.space
+        size = self.size
+        m = space.interval_dimension
+        options = self.options
         scans = [
             series.scanned for e in surrogate.expansions for series in SampledSeries.of_outputs(e)
         ]

@@ -64,15 +64,18 @@ def descend(
         if len(new):
             new_values[new] = function(places[new], which[rows[new]])
             better = new[new_values[new] < lowest[rows[new]]]
-            best[rows[better]], lowest[rows[better]] = places[better], new_values[better]
+            best[rows[better]] = places[better]
+            lowest[rows[better]] = new_values[better]
         return new_values
 
     for _ in range(options.max_sweeps):
         if not len(rows):
             break
-        before, at_start = lowest[rows].copy(), best[rows].copy()
+        before = lowest[rows].copy()
+        at_start = best[rows].copy()
         for k in range(m):
-            middle, center = best[rows].copy(), lowest[rows].copy()
+            middle = best[rows].copy()
+            center = lowest[rows].copy()
             sides = []
             for sign in (-1.0, 1.0):
                 places = middle.copy()
@@ -137,10 +140,12 @@ def lowest_over_times(
         return functions(eta, time)[kind, np.arange(len(eta))]
 
     points, beside = scan
-    m, stride = points.shape[1], max(1, len(points) * times // options.max_scanned)
+    m = points.shape[1]
+    stride = max(1, len(points) * times // options.max_scanned)
     coarse = np.arange(0, times, stride)
     scan_values = functions(np.repeat(points, len(coarse), axis=0), np.tile(coarse, len(points)))
-    kinds, scan_values = len(scan_values), scan_values.reshape(len(scan_values), len(points), -1)
+    kinds = len(scan_values)
+    scan_values = scan_values.reshape(len(scan_values), len(points), -1)
     nearest = np.minimum((np.arange(times) + stride // 2) // stride, len(coarse) - 1)
     if not m:
         return np.zeros((kinds, times, 0)), scan_values[..., nearest]
@@ -176,8 +181,11 @@ def lowest_of_neighbours(
     first_step = options.first_step
     if descents is not None:
         chosen = values.argsort(axis=0)[:descents]
-        starts, values = starts[chosen, row_numbers], np.take_along_axis(values, chosen, axis=0)
-        count, first_step, repeated = descents, options.near_step, np.tile(which, descents)
+        starts = starts[chosen, row_numbers]
+        values = np.take_along_axis(values, chosen, axis=0)
+        count = descents
+        first_step = options.near_step
+        repeated = np.tile(which, descents)
     gains = np.tile(tolerance, count)
     flat, places = descend(
         function, repeated, starts.reshape(-1, m), values.ravel(), gains, first_step,
@@ -195,7 +203,8 @@ def lowest_of_neighbours(
             there = function(eta[other[differ]], which[differ]) if len(differ) else np.zeros(0)
             better = there < lowest[differ]
             rows_better = differ[better]
-            eta[rows_better], lowest[rows_better] = eta[other[rows_better]], there[better]
+            eta[rows_better] = eta[other[rows_better]]
+            lowest[rows_better] = there[better]
             improved = np.union1d(improved, rows_better)
         if not len(improved):
             break

@@ -35,7 +35,8 @@ def over_options(answers_by_label: Mapping[str, xr.Dataset], highest: str = "") 
     upper bound. ``<name>_choice`` names the combination of options that a bound is due to. Errors
     are the largest of all combinations; ``<name>_nominal`` is that of the first.
     """
-    names, answers = list(answers_by_label), list(answers_by_label.values())
+    names = list(answers_by_label)
+    answers = list(answers_by_label.values())
     if len(answers) == 1:
         return answers[0]
     result = answers[0].copy()

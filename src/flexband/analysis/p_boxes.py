@@ -116,7 +116,8 @@ class _Envelope:
     @staticmethod
     def from_surrogate(surrogate: Surrogate, samples: int, seed: int) -> _Envelope:
         """Return them for a surrogate of one number."""
-        space, labels = surrogate.space, surrogate.labels
+        space = surrogate.space
+        labels = surrogate.labels
         check_free(labels, "value")
         if int(np.prod(labels.shape[1:])) != 1:
             dimensions = ", ".join(f"{dim} ({labels.sizes[dim]})" for dim in labels.dims[1:])
@@ -129,7 +130,8 @@ class _Envelope:
         p = ndtr(np.linspace(-end, end, levels)) if len(xi) > 1 else np.array([0.5])
         (expansion,) = surrogate.expansions
         (series,) = SampledSeries.of_outputs(expansion)
-        psi, m = series.basis(xi), space.interval_dimension
+        psi = series.basis(xi)
+        m = space.interval_dimension
         eta = np.zeros((2, len(p), 1, 0))
         if m:
             eta = search_quantiles(series, xi, space.families, p, seed)
@@ -143,7 +145,8 @@ class _Envelope:
     def at(self, values: np.ndarray) -> xr.Dataset:
         """Return the answer at increasing values of the output."""
         shape = 2, len(values)
-        probability, error = np.empty(shape), np.empty(shape)
+        probability = np.empty(shape)
+        error = np.empty(shape)
         eta = np.empty((*shape, self.eta.shape[-1]))
         first_time = np.zeros(len(values), dtype=int)
         for bound in (0, 1):  # the highest probabilities are where quantiles are lowest

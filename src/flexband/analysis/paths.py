@@ -97,7 +97,8 @@ def path(
     unit_attrs = {k: v for k, v in result["support"].attrs.items() if k == "units"}
     for name in ("x", "y", "radius"):
         result[name].attrs = {"long_name": LONG_NAMES[name]} | unit_attrs
-    result["x"].attrs["output"], result["y"].attrs["output"] = x, y
+    result["x"].attrs["output"] = x
+    result["y"].attrs["output"] = y
     return result
 
 
@@ -109,7 +110,8 @@ def _supports(
     angle: np.ndarray,
 ) -> xr.Dataset:
     """Return the support function and the path, for one combination of options."""
-    labels, space = surrogate.labels, surrogate.space
+    labels = surrogate.labels
+    space = surrogate.space
     check_free(labels, *LONG_NAMES, "vertex", "input")
     pair = [output_of(labels, name) for name in outputs]
     if labels.dims[1:-1] != ("output",):
@@ -126,7 +128,8 @@ def _supports(
     frame = _frame(pair, len(half))
     alone = xr.Dataset(attrs=surrogate.diagnostics.attrs)
     projected = Surrogate(space, frame, (combine(surrogate.expansions, weights),), alone)
-    dims, deviations = ("direction", frame.dims[2]), sigmas
+    dims = ("direction", frame.dims[2])
+    deviations = sigmas
     if probability is None:
         low, high = extremes_of(projected.expansions, sigmas=sigmas, of=(-1.0, 1.0))
         support = np.concatenate([high.values[1], -low.values[0]])

@@ -40,7 +40,8 @@ class TimeAxis:
             return None
         times = labels[last].values.astype(float)
         if (np.diff(times) < 0).all():
-            times, window = -times, (-window[1], -window[0])
+            times = -times
+            window = (-window[1], -window[0])
         return TimeAxis(times, window) if (np.diff(times) > 0).all() else None
 
     @property
@@ -84,14 +85,17 @@ def least_between(curves: np.ndarray, axis: TimeAxis, *, impacts: bool = False) 
     Where there may be `impacts`, a curve turns at once: it may be as low as where the lines before
     and after meet.
     """
-    step, count = np.diff(axis.times), len(axis.times)
+    step = np.diff(axis.times)
+    count = len(axis.times)
     first = np.maximum(axis.window[0] - axis.times[:-1], 0.0)
     last = np.minimum(axis.window[1] - axis.times[:-1], step)
     slope = np.diff(curves, axis=-1) / step
     # divided differences of the second and the third order, of the points around each step
     second = np.diff(slope, axis=-1) / (step[:-1] + step[1:])
-    before, after = second[..., [0, *range(count - 2)]], second[..., [*range(count - 2), -1]]
-    third, shift = np.zeros(slope.shape), np.append(-step[:2].sum(), step[:-1])
+    before = second[..., [0, *range(count - 2)]]
+    after = second[..., [*range(count - 2), -1]]
+    third = np.zeros(slope.shape)
+    shift = np.append(-step[:2].sum(), step[:-1])
     if count > 3:
         inner = np.diff(second, axis=-1) / (step[:-2] + step[1:-1] + step[2:])
         third = inner[..., [0, *range(count - 3), -1]]
@@ -124,7 +128,8 @@ class _Pieces(NamedTuple):
 
     def least(self, first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return their least values between two u, and where they are."""
-        bend, slope = self.a - self.e * self.h, self.d - self.a * self.h
+        bend = self.a - self.e * self.h
+        slope = self.d - self.a * self.h
         with np.errstate(invalid="ignore", divide="ignore"):
             root = np.sqrt(bend**2 - 3 * self.e * slope)
             u = np.where(bend < 0, (root - bend) / (3 * self.e), -slope / (bend + root))
@@ -141,9 +146,12 @@ def _corners(
 ) -> np.ndarray:
     """Return how low the lines before and after each step are in it, ∞ where they do not fall."""
     lowest = np.full(slope.shape, np.inf)
-    before, after = slope[..., :-2], slope[..., 2:]
+    before = slope[..., :-2]
+    after = slope[..., 2:]
     inner = slice(1, -1)
-    left, right, h = curves[..., 1:-2], curves[..., 2:-1], step[inner]
+    left = curves[..., 1:-2]
+    right = curves[..., 2:-1]
+    h = step[inner]
     with np.errstate(invalid="ignore", divide="ignore"):
         meeting = (right - left - after * h) / (before - after)
     falls = (before < 0) & (after > 0) & (meeting > 0) & (meeting < h)

@@ -144,21 +144,26 @@ def check_samples(space: Space, p: np.ndarray, samples: int) -> None:
     """Raise `InputError` if there are too few samples beyond a quantile."""
     outer = np.minimum(p, 1 - p)
     if space.random_dimension and outer.min() * samples < MIN_BEYOND * (1 - 1e-9):
-        worst, least = float(p[outer.argmin()]), math.ceil(MIN_BEYOND / outer.min())
+        worst = float(p[outer.argmin()])
+        least = math.ceil(MIN_BEYOND / outer.min())
         raise InputError(
             f"samples must be {least} or more for the probability {worst:g}; got {samples}"
         )
 
 
 def _quantiles(surrogate: Surrogate, p: np.ndarray, samples: int, seed: int) -> xr.Dataset:
-    space, labels = surrogate.space, surrogate.labels
+    space = surrogate.space
+    labels = surrogate.labels
     check_free(labels, "probability")
     check_samples(space, p, samples)
     xi = samples_of(space.families, samples, seed)
-    m, times = space.interval_dimension, surrogate.times
+    m = space.interval_dimension
+    times = surrogate.times
     outputs = math.prod(labels.shape[1:]) // times
     shape = 2, len(p), outputs, times
-    values, errors, eta = np.empty(shape), np.empty(shape), np.zeros((*shape, m))
+    values = np.empty(shape)
+    errors = np.empty(shape)
+    eta = np.zeros((*shape, m))
     for expansion in surrogate.expansions:
         for series in SampledSeries.of_outputs(expansion):
             out = slice(None), slice(None), series.output
@@ -210,8 +215,10 @@ def search_quantiles(
     eta = _search(series, series.basis(samples_of(families, few, seed + 1)), p, options)
     more = samples_of(families, min(options.final_factor * few, len(xi)), seed + 1)
     target = _Target(series, series.basis(more), p, options)
-    which, starts = np.arange(2 * len(p) * series.times), eta.reshape(1, -1, eta.shape[-1])
-    gains, how = np.zeros(len(which)), options.search
+    which = np.arange(2 * len(p) * series.times)
+    starts = eta.reshape(1, -1, eta.shape[-1])
+    gains = np.zeros(len(which))
+    how = options.search
     eta_of_more = lowest_of_neighbours(target, which, starts, gains, descents=1, options=how)
     return eta_of_more.reshape(eta.shape)
 
@@ -261,7 +268,8 @@ def _search(
     the bound of μ + zσ.
     """
     points, beside = series.scanned
-    times, m = series.times, points.shape[1]
+    times = series.times
+    m = points.shape[1]
     stride = math.ceil(times / options.max_scanned_times)
     stride = max(stride, math.ceil(len(points) * times * len(psi) / options.max_scanned))
     coarse = np.arange(0, times, stride)

@@ -91,7 +91,9 @@ class OverOutput(WrappingResponse):
         if self.elsewhere:
             raise InputError("response must be one that flexband calls; got one run elsewhere")
         self.refines = as_response(response).refines
-        self.output, self.values, self.unit = output, numbers, unit
+        self.output = output
+        self.values = numbers
+        self.unit = unit
         self.identity = "over output", response, output, numbers, unit
         self.__wrapped__ = response  # which has the arguments
 
@@ -127,10 +129,13 @@ class OverOutput(WrappingResponse):
         except RunError as error:
             if error.results is None:
                 raise
-            series, failures, messages = error.results, dict(error.failures), [str(error)]
+            series = error.results
+            failures = dict(error.failures)
+            messages = [str(error)]
         axis, others, times, scale, unit = self._parts(series)
         sign = np.where(axis[:, -1:] < axis[:, :1], -1.0, 1.0)
-        axis, targets = sign * axis, sign * scale * self.values
+        axis = sign * axis
+        targets = sign * scale * self.values
         after = np.ones(targets.shape, dtype=int)
         for k in sorted(set(range(len(axis))) - failures.keys()):
             after[k], last, reason = _passages(axis[k], targets[k])
@@ -177,7 +182,8 @@ class OverOutput(WrappingResponse):
 
         An output that varies by less than `least` of the largest one of its unit is constant.
         """
-        values, units = result.values, Units.along(result, ("output",))
+        values = result.values
+        units = Units.along(result, ("output",))
         errors = np.abs(values - coarse).max(axis=(0, 2)) / 15
         ranges = np.maximum(
             np.ptp(values, axis=2).max(axis=0),
@@ -197,7 +203,8 @@ class OverOutput(WrappingResponse):
 def _passages(series: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, int, str]:
     """Return by which time each target is passed; if this fails, the last good time, and why."""
     slack = 1e-9 * np.ptp(targets)  # a start at rest may tremble by rounding errors
-    highest, lowest_later = np.maximum.accumulate(series), np.minimum.accumulate(series[::-1])[::-1]
+    highest = np.maximum.accumulate(series)
+    lowest_later = np.minimum.accumulate(series[::-1])[::-1]
     first, last = (np.searchsorted(bound, targets - slack) for bound in (highest, lowest_later))
     if targets.min() < series[0] - slack or first.max() == len(series):
         return first, len(series) - 1, "does not reach all values"
@@ -221,12 +228,16 @@ def _interpolate(
     """
     start = np.clip(after - 2 * stride, 0, len(times) - 1 - 3 * stride)
     nodes = start + stride * np.arange(4)[:, None, None]
-    x, run = times[nodes], np.arange(len(axis))[:, None]
-    place, low, high = _cubic(x, axis[run, nodes]), times[after - 1], times[after]
+    x = times[nodes]
+    run = np.arange(len(axis))[:, None]
+    place = _cubic(x, axis[run, nodes])
+    low = times[after - 1]
+    high = times[after]
     for _ in range(40):  # bisection, to 1e-12 of the step
         middle = (low + high) / 2
         before = place(middle) < targets
-        low, high = np.where(before, middle, low), np.where(before, high, middle)
+        low = np.where(before, middle, low)
+        high = np.where(before, high, middle)
     series = [_cubic(x, others[:, k][run, nodes])(high) for k in range(others.shape[1])]
     return np.stack(series, axis=1)
 

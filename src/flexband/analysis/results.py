@@ -149,7 +149,8 @@ def is_judged(surrogate: Surrogate) -> bool:
 def missed_tolerance(surrogate: Surrogate) -> bool:
     """Return whether the error of a surrogate, as its method judged it, is above its tolerance."""
     record = BandRecord.read(surrogate.diagnostics)
-    error, tolerance = record.error_of_runs, record.tolerance
+    error = record.error_of_runs
+    tolerance = record.tolerance
     return isinstance(error, float) and tolerance is not None and error > tolerance
 
 
@@ -164,7 +165,8 @@ def doubts_of(surrogate: Surrogate, *, corrected: bool = False) -> list[str]:
         if checked.confirmed == Confirmation.REFUTED:
             doubts.append("verification runs do not confirm the error that its method expected")
     if missed_tolerance(surrogate) and not corrected:
-        error, tolerance = record.error_of_runs or 0.0, record.tolerance or 0.0
+        error = record.error_of_runs or 0.0
+        tolerance = record.tolerance or 0.0
         doubts.append(
             f"the error expected of the surrogate is {in_percent(error)} of the error bar's width, "
             f"above the tolerance of {100 * tolerance:g} %"

@@ -87,9 +87,11 @@ class SampledSeries:
         """Yield the series of each output of an expansion."""
         for output in expansion.outputs:
             series = expansion.select(np.array([output]))
-            hybrid, columns = series.hybrid, None
+            hybrid = series.hybrid
+            columns = None
             if isinstance(series, PhaseExpansion):
-                columns, m = series.columns, hybrid.interval_dimension
+                columns = series.columns
+                m = hybrid.interval_dimension
                 terms = PartTerms.from_expansion(hybrid, columns)
                 reach = terms.reach()[:m] * (not terms.saturated)
                 points = scan_points(2 * terms.orders[:m], reach)
@@ -124,9 +126,11 @@ class SampledSeries:
         hybrid = self.hybrid
         terms = hybrid.coefficients.reshape(len(hybrid.index), -1, self.times)[..., times]
         factors = self.sums(terms * hybrid.chebyshev(eta)[:, hybrid.i].T[:, None, :])
-        phase, block = len(terms[0]), 1
+        phase = len(terms[0])
+        block = 1
         if self.columns:
-            phase, block = self.columns.phase, self.columns.block
+            phase = self.columns.phase
+            block = self.columns.block
         values = np.empty((len(times), len(psi)))
         arrays = np.ascontiguousarray(factors), np.ascontiguousarray(psi.T)
         fill_samples(*arrays, phase, block, values)
@@ -145,7 +149,8 @@ def fill_samples(factors, psi, phase, block, values):
     values : shape (series, samples).
     """
     parts = np.empty((factors.shape[1], BLOCK))
-    cos, sin = np.empty(BLOCK), np.empty(BLOCK)
+    cos = np.empty(BLOCK)
+    sin = np.empty(BLOCK)
     for row in range(len(values)):
         for first in range(0, values.shape[1], BLOCK):
             samples = values[row][first : first + BLOCK]
@@ -163,6 +168,7 @@ def fill_part(factors, k, row, psi, first, part):
     """Fill samples, from the first on, of one part of a series."""
     part[:] = 0.0
     for j in range(len(psi)):
-        g, polynomial = factors[j, k, row], psi[j][first : first + len(part)]
+        g = factors[j, k, row]
+        polynomial = psi[j][first : first + len(part)]
         for q in range(len(part)):
             part[q] += g * polynomial[q]

@@ -86,7 +86,8 @@ def select_places(surrogate: Surrogate, at: Labels | None) -> Surrogate:
 
 def _positions(labels: xr.DataArray, dim: str, dim_labels: ArrayLike) -> np.ndarray:
     """Return the positions of labels along a dimension, shape (labels,)."""
-    count, several = labels.sizes[dim], f"at: {dim}"
+    count = labels.sizes[dim]
+    several = f"at: {dim}"
     try:
         asked = np.atleast_1d(np.asarray(dim_labels))
     except (TypeError, ValueError):

@@ -88,8 +88,11 @@ def _over_random_options(surrogate: Surrogate, probability: float) -> xr.Dataset
 
 def range_of(surrogate: Surrogate, probability: float) -> xr.Dataset:
     """Return what `value_range` does, for one combination of options."""
-    space, labels = surrogate.space, surrogate.labels
-    families, n, m = space.families, space.random_dimension, space.interval_dimension
+    space = surrogate.space
+    labels = surrogate.labels
+    families = space.families
+    n = space.random_dimension
+    m = space.interval_dimension
     if probability == 1 and not all(family.bounded for family in families):
         raise InputError("probability must be below 1: not all random inputs are bounded; got 1")
     beyond = -np.expm1(np.log(probability) / max(n, 1)) / 2
@@ -103,9 +106,11 @@ def range_of(surrogate: Surrogate, probability: float) -> xr.Dataset:
     box = join_outputs(surrogate.expansions, [bounds.places for bounds in extremes], 1).reshape(
         -1, m + n
     )
-    eta, t = box[:, :m], box[:, m:]
+    eta = box[:, :m]
+    t = box[:, m:]
     inputs = space.numbers_at(ends.mean(axis=0) + t * np.ptp(ends, axis=0) / 2, eta)
-    dims, shape = ("bound", *labels.dims[1:]), (2, *labels.shape[1:])
+    dims = ("bound", *labels.dims[1:])
+    shape = (2, *labels.shape[1:])
     data: Variables = {"range": (dims, values.reshape(shape))}
     if inputs:
         stacked = np.array(list(inputs.values())).reshape(-1, *shape)
@@ -134,7 +139,8 @@ def _on_box(expansion: HybridExpansion, lower: np.ndarray, upper: np.ndarray) ->
 
     That is ξ = (a + b)/2 + t (b − a)/2, where `lower` and `upper` are a and b, shape (n,).
     """
-    m, index = expansion.interval_dimension, expansion.index
+    m = expansion.interval_dimension
+    index = expansion.index
     transform = eye_array(len(index), format="csr")
     for k, family in enumerate(expansion.families):
         orders = index[:, m + k]

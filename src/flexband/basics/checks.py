@@ -172,7 +172,8 @@ def check_arguments(name: str, function: Callable, *arguments: str) -> None:
 
 def check_affordable(name: str, count: float) -> None:
     """Raise `InputError` if so many numbers do not fit into the memory that is free."""
-    needed, free = 8.0 * count, free_memory()
+    needed = 8.0 * count
+    free = free_memory()
     if needed > free:
         raise InputError(
             f"{name} would take {needed / 1e9:.3g} GB of memory; {free / 1e9:.3g} GB are free"

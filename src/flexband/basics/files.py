@@ -43,7 +43,8 @@ def replaced(file: Path) -> Iterator[Path]:
         yield partial
         partial.replace(file)
     except OSError as error:  # a full disk does not say of which file
-        error.filename, error.filename2 = str(file), None
+        error.filename = str(file)
+        error.filename2 = None
         raise
     finally:
         partial.unlink(missing_ok=True)
@@ -94,7 +95,8 @@ def write_json(file: Path, content: Mapping[str, Any]) -> None:
 def read_json(file: Path) -> dict[str, Any]:
     """Return what `write_json` has written; raise `ValueError` if it is not as written."""
     data = read_unlinked(file)
-    digits, rest = data[len(BEGIN) :][:8], data[len(BEGIN) + 8 :]
+    digits = data[len(BEGIN) :][:8]
+    rest = data[len(BEGIN) + 8 :]
     if not data.startswith(BEGIN.encode()) or digits != checksum(rest):
         raise ValueError(f"{file} is not as written")
     return json.loads(data)

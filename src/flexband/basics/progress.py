@@ -138,16 +138,22 @@ class Pace:
     silent : time without a step [s] that is.
     """
 
-    many_steps, long, silent = 1_000_000, 60.0, 60.0
+    many_steps = 1_000_000
+    long = 60.0
+    silent = 60.0
 
     def __init__(self, steps: int, part: Callable[[], float], why: Callable[[], str] = str):
         """Take the number of steps of a run, and what returns the part of all that is done.
 
         `why` returns what takes long, or "" if that is not known.
         """
-        self.steps, self.part, self.why, self.warned = steps, part, why, False
+        self.steps = steps
+        self.part = part
+        self.why = why
+        self.warned = False
         self.begun = time.monotonic()
-        self.listener, self.stage = listener(), _stage.get()
+        self.listener = listener()
+        self.stage = _stage.get()
         self.first: tuple[float, float] | None = None
         if steps >= self.many_steps:
             self._tell(f"runs of {steps} steps")
@@ -155,7 +161,8 @@ class Pace:
 
     def __call__(self) -> None:
         """Tell the time left, once it is known."""
-        now, part = time.monotonic(), self.part()
+        now = time.monotonic()
+        part = self.part()
         if self.first is None or part <= self.first[1]:
             self.first = self.first or ((now, part) if part > 0 else None)
             if now - self.begun >= self.silent:

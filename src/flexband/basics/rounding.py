@@ -42,14 +42,16 @@ class Units(NamedTuple):
     @staticmethod
     def along(values: xr.DataArray | xr.Dataset, dims: Sequence[Hashable]) -> Units:
         """Return the units of the outputs along some dims; unknown ones differ."""
-        sizes, unit = [values.sizes[d] for d in dims], values.coords.get("unit")
+        sizes = [values.sizes[d] for d in dims]
+        unit = values.coords.get("unit")
         count = math.prod(sizes)
         if unit is None or not set(unit.dims) <= set(dims):
             return Units.unknown(count)
         every = [d for d in dims if d in unit.dims]
         shape = [values.sizes[d] if d in every else 1 for d in dims]
         texts = np.broadcast_to(unit.transpose(*every).values.reshape(shape), sizes).ravel()
-        names, levels = list(map(str, texts)), rounding_levels(unit)
+        names = list(map(str, texts))
+        levels = rounding_levels(unit)
         known = {name: k for k, name in enumerate(names) if name.strip()}
         of = np.array([known.get(name, k) for k, name in enumerate(names)], dtype=int)
         return Units(of, np.array([levels.get(name, 0.0) for name in names]))

@@ -58,7 +58,9 @@ def warn(
     if issued_kinds and kind in issued_kinds:
         issued_kinds[kind] = True
     package = str(Path(__file__).parents[1])
-    frame, level = sys._getframe(1), 2
+    frame = sys._getframe(1)
+    level = 2
     while frame.f_back is not None and frame.f_code.co_filename.startswith(package):
-        frame, level = frame.f_back, level + 1
+        frame = frame.f_back
+        level = level + 1
     warnings.warn(message, kind, stacklevel=level)

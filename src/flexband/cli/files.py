@@ -65,7 +65,8 @@ def draw_limits(check: LimitCheck, folder: Path, display: Display) -> None:
         print_remark("the report keeps the limits of the study; others must be in its `limits`")
         return
     drawable = check.margins["margin"].ndim <= 2
-    figure, margins = folder / "limits.png", display.data(check.margins)
+    figure = folder / "limits.png"
+    margins = display.data(check.margins)
     draw(lambda: limits_figure(margins, check.probability), figure, drawable=drawable)
     files = answer_files(folder, ("limits", "probability", "yield"))
     try_write(lambda: list_shown(folder, files))

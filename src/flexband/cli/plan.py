@@ -97,7 +97,8 @@ class Plan:
 
     def where(self) -> Processes | Dask | str | None:
         """Return the executor; raise `InputError` if there is none of this name."""
-        name, limit = self.executor, self.time_limit
+        name = self.executor
+        limit = self.time_limit
         if limit is not None:
             check_positive("--time-limit [s]", limit)
         match = re.fullmatch(r"processes(?::(\d+))?", name or "", re.ASCII)
@@ -154,7 +155,9 @@ def is_near(file: Path, folder: Path) -> bool:
     A file in the folder may have come with it. It counts only where that is the working directory,
     or above.
     """
-    file, folder, current = file.resolve(), folder.resolve(), Path.cwd()
+    file = file.resolve()
+    folder = folder.resolve()
+    current = Path.cwd()
     if file.is_relative_to(folder) and not current.is_relative_to(folder):
         return False
     return file.is_relative_to(current) or file.parent == folder.parent

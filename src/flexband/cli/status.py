@@ -77,7 +77,8 @@ def state_of(folder: Path) -> dict[str, Any]:
     elif alive:
         state = "running"
     replaced = [failure for failure in runs["failures"] if failure["replaced"]]
-    total, done = about.get("total"), about.get("done", runs["done"])
+    total = about.get("total")
+    done = about.get("done", runs["done"])
     elapsed = max(0.0, float(about.get("elapsed", 0.0)))
     ran = float(about.get("ran", elapsed))
     rate = runs["made"] / ran if ran > 0 and runs["made"] else None
@@ -134,7 +135,8 @@ def _runs(folder: StudyFolder, session: int | None) -> dict[str, Any]:
     arrays = GrowingArrays(folder.runs)
     if "status" not in arrays.arrays or not arrays.runs:
         return {"done": 0, "made": 0, "failures": []}
-    status, sessions = arrays.read("status"), arrays.read("session")
+    status = arrays.read("status")
+    sessions = arrays.read("session")
     names = arrays.read("input").tolist()
     settings: Any = arrays.read("setting")
     made = np.flatnonzero(np.isin(status, [RunStatus.DONE, RunStatus.FAILED]))
@@ -145,7 +147,8 @@ def _runs(folder: StudyFolder, session: int | None) -> dict[str, Any]:
         if status[k] == RunStatus.DONE:
             done.setdefault(point, []).append(parts_of(setting))
     failed = np.array([k for k in last.values() if status[k] == RunStatus.FAILED], dtype=int)
-    inputs, reasons = arrays.read("inputs", failed), arrays.read("reason", failed)
+    inputs = arrays.read("inputs", failed)
+    reasons = arrays.read("reason", failed)
 
     def replaced(k: Any, row: np.ndarray) -> bool:
         return any(parts_of(settings[k]) < finer for finer in done.get(row.tobytes(), []))
@@ -187,7 +190,8 @@ def going_on(facts: dict[str, Any]) -> str:
 def count_text(facts: dict[str, Any]) -> str:
     """Return how many runs are done, and of how many as far as that is known."""
     if facts["total"] is not None:
-        most, total = ("at most " if facts["most"] else ""), number_of(facts["total"], "run")
+        most = "at most " if facts["most"] else ""
+        total = number_of(facts["total"], "run")
         return f"{facts['done']} of {most}{total} done"
     most = f" (at most {facts['each']} with the same step and elements)" if facts["each"] else ""
     return f"{number_of(facts['done'], 'run')} done{most}"
@@ -196,7 +200,8 @@ def count_text(facts: dict[str, Any]) -> str:
 def now_and_left(facts: dict[str, Any]) -> list[str]:
     """Return what a running study does now, how fast it is, and which time its runs still take."""
     texts = [f"now: {facts['now']}"] * bool(facts["now"])
-    rate, remaining = facts["rate"], facts["left"]
+    rate = facts["rate"]
+    remaining = facts["left"]
     if rate:
         speed = f"{duration(1 / rate)} per run"
         if rate >= 1:

@@ -99,7 +99,8 @@ class Entry:
         The second value is what keeps it in memory. If there is no memory left, it does nothing.
         """
         code, numbers = self._prepared((array, *others))
-        number, data = ir.IntType(64), 4  # the place of an array's address among its numbers
+        number = ir.IntType(64)
+        data = 4  # the place of an array's address among its numbers
         module = ir.Module(ENTRY)
         module.triple = binding.get_process_triple()
         function = ir.Function(module, ir.FunctionType(ir.VoidType(), [number]), ENTRY)
@@ -235,7 +236,9 @@ def _(argument: float, numbers: list[int]) -> str:
 
 @_add_numbers.register
 def _(argument: np.ndarray, numbers: list[int]) -> str:
-    flags, data, size = argument.flags, argument.ctypes.data, argument.size
+    flags = argument.flags
+    data = argument.ctypes.data
+    size = argument.size
     numbers += (0, 0, size, argument.itemsize, data, *argument.shape, *argument.strides)
     layout = "C" if flags.c_contiguous else "F" if flags.f_contiguous else "A"
     access = "" if flags.writeable else ", read only"
@@ -297,7 +300,8 @@ def _basis(*modules: str) -> tuple[tuple[str, str], ...] | None:
     """
     tops = modules[0].partition(".")[0], PACKAGE.name  # whose functions those of others call
     known: dict[Path, Source] = {}
-    waiting, followed = set(modules), set()
+    waiting = set(modules)
+    followed = set()
     try:
         while files := {file for name in waiting if (file := _file(name))} - followed:
             known |= sources(

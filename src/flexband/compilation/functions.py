@@ -33,7 +33,8 @@ class CompiledFunction:
     """
 
     def __init__(self, function: Callable, options: dict[str, Any]):
-        self.py_func, self.options = function, options
+        self.py_func = function
+        self.options = options
 
     @cached_property
     def dispatcher(self) -> Any:
@@ -49,7 +50,8 @@ class Instruction:
     """A function that writes LLVM's code, for compiled functions that call it."""
 
     def __init__(self, function: Callable, *, constants: bool):
-        self.function, self.constants = function, constants
+        self.function = function
+        self.constants = constants
 
     @cached_property
     def _numba_type_(self) -> Any:

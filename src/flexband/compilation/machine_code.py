@@ -40,7 +40,8 @@ class _Library(AOTCodeLibrary):
 
     def link(self, module: binding.ModuleRef) -> binding.ModuleRef:
         """Add the code of this function, and of all that it calls, to a module, and return it."""
-        libraries, others = {}, {}
+        libraries = {}
+        others = {}
         waiting: list = [self]
         while waiting:
             library = waiting.pop()
@@ -155,7 +156,8 @@ def object_code(dispatcher: Any, arguments: tuple) -> bytes:
 
 def _entry(result: Any) -> ir.Module:
     """Return a module of `ENTRY`, which reads the arguments of a function from a table."""
-    context, description = result.target_context, result.fndesc
+    context = result.target_context
+    description = result.fndesc
     number = ir.IntType(64)
     module = ir.Module(ENTRY)
     module.triple = binding.get_process_triple()
@@ -178,13 +180,15 @@ def _add_memory(module: ir.Module) -> None:
     An array begins with its count of references, a destructor and its argument, the address of its
     numbers, their size, and an allocator, of which only the count and the address are used.
     """
-    number, pointer = ir.IntType(64), ir.IntType(8).as_pointer()
+    number = ir.IntType(64)
+    pointer = ir.IntType(8).as_pointer()
     malloc = ir.Function(module, ir.FunctionType(pointer, [number]), "malloc")
     free = ir.Function(module, ir.FunctionType(ir.VoidType(), [pointer]), "free")
     kind = ir.FunctionType(pointer, [number, ir.IntType(32)])
     new = ir.Function(module, kind, "NRT_MemInfo_alloc_aligned")
     builder = ir.IRBuilder(new.append_basic_block())
-    size, alignment = new.args[0], builder.zext(new.args[1], number)
+    size = new.args[0]
+    alignment = builder.zext(new.args[1], number)
     header = 48
     memory = builder.call(malloc, [builder.add(size, builder.add(alignment, number(header)))])
     with builder.if_then(builder.icmp_unsigned("!=", memory, pointer(None))):

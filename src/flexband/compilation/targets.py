@@ -49,7 +49,8 @@ def instruction_set() -> tuple[str, str]:
 
     NUMBA_CPU_NAME and NUMBA_CPU_FEATURES take the place of what this processor has.
     """
-    name, features = SETTINGS.cpu_name, SETTINGS.cpu_features
+    name = SETTINGS.cpu_name
+    features = SETTINGS.cpu_features
     if name or features:
         return name or binding.get_host_cpu_name(), features or ""
     if not binding.get_process_triple().startswith("x86_64"):

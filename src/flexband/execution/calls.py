@@ -59,11 +59,14 @@ def perform(response: ResponseFunction, arguments: Arguments) -> Outcome:
     begin = time.perf_counter()
     with catching() as remarks:
         try:
-            value, error = response(**arguments), None
+            value = response(**arguments)
+            error = None
         except Exception as raised:
-            value, error = None, raised
+            value = None
+            error = raised
         except SystemExit as raised:
-            value, error = None, RuntimeError(f"the response called sys.exit({raised.code!r})")
+            value = None
+            error = RuntimeError(f"the response called sys.exit({raised.code!r})")
     return Outcome(value, error, time.perf_counter() - begin, tuple(remarks))
 
 
@@ -154,7 +157,8 @@ def dumped_with_modules(response: ResponseFunction) -> bytes:
 
 def sent_by(response: ResponseFunction) -> tuple[bytes, tuple[bytes, str]]:
     """Return a response for another process, and what `unpickle_response` takes besides."""
-    pickled, whole = dump_response(response), dumped_with_modules(response)
+    pickled = dump_response(response)
+    whole = dumped_with_modules(response)
     by_value = whole if whole != pickled else b""
     return pickled, (by_value, fingerprint(response) if by_value else "")
 

@@ -77,7 +77,8 @@ class Array:
     @classmethod
     def from_metadata(cls, metadata: Mapping[str, Any]) -> Array:
         """Return the array of a zarr.json."""
-        dims, shape = tuple(metadata["dimension_names"]), tuple(metadata["shape"])
+        dims = tuple(metadata["dimension_names"])
+        shape = tuple(metadata["shape"])
         if dims[:1] == ("run",):
             shape = (0, *shape[1:])
         separator = metadata["chunk_key_encoding"]["configuration"]["separator"]
@@ -91,7 +92,8 @@ class Array:
     def encoded(self, values: np.ndarray) -> list[bytes]:
         """Return a chunk with these first entries, the others the fill value: content, checksum."""
         if self.kind == "string":
-            texts, count = values.ravel(), int(np.prod(self.chunk))
+            texts = values.ravel()
+            count = int(np.prod(self.chunk))
             known = {text: str(text).encode() for text in set(texts)}
             framed = {text: struct.pack("<I", len(utf8)) + utf8 for text, utf8 in known.items()}
             parts = [struct.pack("<I", count), *(framed[text] for text in texts)]
@@ -107,12 +109,14 @@ class Array:
 
     def decoded(self, data: bytes) -> np.ndarray:
         """Return the values of a chunk; raise `ValueError` if it is damaged."""
-        content, checksum = data[:-4], data[-4:]
+        content = data[:-4]
+        checksum = data[-4:]
         if struct.pack("<I", google_crc32c.value(content)) != checksum:
             raise ValueError("the checksum is wrong")
         if self.kind != "string":
             return np.frombuffer(content, CODES[self.kind]).reshape(self.chunk).copy()
-        texts, place = [], 4
+        texts = []
+        place = 4
         for _ in range(struct.unpack("<I", content[:4])[0]):
             end = place + 4 + struct.unpack("<I", content[place : place + 4])[0]
             texts.append(content[place + 4 : end].decode())

@@ -96,8 +96,12 @@ class _Timed:
         start: float = 60.0,
         look: float = 0.2,
     ):
-        self.client, self.time_limit = client, time_limit
-        self.attempts, self.restart, self.start, self.look = attempts, restart, start, look
+        self.client = client
+        self.time_limit = time_limit
+        self.attempts = attempts
+        self.restart = restart
+        self.start = start
+        self.look = look
         self.excluded: set[str] = set()
         self.loaded: set[tuple[str, int]] = set()
         self.returning_until = float("-inf")
@@ -105,7 +109,8 @@ class _Timed:
     def perform(self, response: ResponseFunction, tasks: Tasks) -> Outcomes:
         """Yield the numbers and outcomes of tasks as they finish."""
         pickled, modules = sent_by(response)
-        waiting, attempts = deque(range(len(tasks))), Counter[int]()
+        waiting = deque(range(len(tasks)))
+        attempts = Counter[int]()
         running: dict[Future, tuple[int, float]] = {}  # number and deadline
         try:
             while waiting or running:

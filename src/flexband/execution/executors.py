@@ -54,7 +54,9 @@ class _Flow:
         first: int,
         least_work: float,
     ) -> None:
-        self.executor, self.response, self.tasks = executor, response, tasks
+        self.executor = executor
+        self.response = response
+        self.tasks = tasks
         self.shared = isinstance(executor, ThreadPoolExecutor)
         self.sent: tuple[Any, ...] = ()
         if not self.shared:
@@ -62,14 +64,18 @@ class _Flow:
             self.sent = pickled, *modules
         if client is not None:  # each worker gets it once, from the scheduler or another worker
             self.sent = tuple(client.submit(_kept, part, pure=False) for part in self.sent)
-        self.limit, self.least_work, self.work, self.calls = first, least_work, 0.0, 0
+        self.limit = first
+        self.least_work = least_work
+        self.work = 0.0
+        self.calls = 0
         self.begin = time.perf_counter()
         self.running: dict[Future, tuple[list[int], float]] = {}  # calls, and when submitted [s]
         self.finished: SimpleQueue[tuple[Future, float]] = SimpleQueue()
 
     def perform(self) -> Outcomes:
         """Yield the numbers and outcomes of calls as they finish."""
-        waiting, lost = deque(range(len(self.tasks))), list[int]()
+        waiting = deque(range(len(self.tasks)))
+        lost = list[int]()
         try:
             while waiting or self.running:
                 while waiting and len(self.running) < self.limit:
@@ -119,7 +125,8 @@ class _Flow:
         except Exception as error:
             outcomes = [lost_with(error)] * len(numbers)
         work = sum(outcome.seconds for outcome in outcomes)
-        self.calls, self.work = self.calls + len(numbers), self.work + work
+        self.calls = self.calls + len(numbers)
+        self.work = self.work + work
         if end - begin < 2 * work:
             self.limit += 1
         return list(zip(numbers, outcomes, strict=True))

@@ -28,7 +28,8 @@ from flexband.execution.chunks import CODES, Array
 FORMAT = 1
 """Of the store; a program refuses stores with a larger number."""
 
-GROUP, COPY = "zarr.json", "zarr.json.copy"
+GROUP = "zarr.json"
+COPY = "zarr.json.copy"
 """Files of the consolidated metadata."""
 
 
@@ -37,7 +38,8 @@ class GrowingArrays:
 
     def __init__(self, folder: Path):
         """Open the group, or begin one that has no arrays, which the first `commit` writes."""
-        self.folder, self.runs = folder, 0
+        self.folder = folder
+        self.runs = 0
         self.attrs: dict[str, Any] = {"format": FORMAT}
         self.arrays: dict[str, Array] = {}
         self._last: dict[str, np.ndarray] = {}
@@ -59,7 +61,8 @@ class GrowingArrays:
 
     def _read_metadata(self, file: Path) -> None:
         metadata = json.loads(file.read_bytes())
-        attrs, members = metadata["attributes"], metadata["consolidated_metadata"]["metadata"]
+        attrs = metadata["attributes"]
+        members = metadata["consolidated_metadata"]["metadata"]
         if attrs["format"] > FORMAT:
             raise StoreError(
                 f"{self.folder} was written by a newer version of flexband (format "
@@ -69,7 +72,9 @@ class GrowingArrays:
             raise ValueError("the checksum is wrong")
         arrays = {name: Array.from_metadata(member) for name, member in dict(members).items()}
         grown = [members[name]["shape"][0] for name, array in arrays.items() if array.grows]
-        self.attrs, self.arrays, self.runs = attrs, arrays, max(grown, default=0)
+        self.attrs = attrs
+        self.arrays = arrays
+        self.runs = max(grown, default=0)
 
     @property
     def sessions(self) -> list[dict[str, Any]]:
@@ -78,7 +83,8 @@ class GrowingArrays:
 
     def add(self, name: str, array: Array, values: np.ndarray | None = None) -> None:
         """Add an array: with the values of one that does not grow, else with fill values."""
-        file, folder = self._file(name, 0, array), self.folder / name
+        file = self._file(name, 0, array)
+        folder = self.folder / name
         files: dict[Path, Content] = {folder / "zarr.json": [_json(array.metadata(self.runs))]}
         if values is not None and values.size:
             content = array.encoded(np.asarray(values))
@@ -94,9 +100,11 @@ class GrowingArrays:
         """Append runs; arrays that are not named get their fill value."""
         count = len(next(iter(columns.values())))
         files: dict[Path, Content] = {}
-        last, blank = dict(self._last), set[Path]()
+        last = dict(self._last)
+        blank = set[Path]()
         for name, values in columns.items():
-            array, done = self.arrays[name], 0
+            array = self.arrays[name]
+            done = 0
             while done < count:
                 chunk, used = divmod(self.runs + done, array.rows)
                 part = values[done : done + array.rows - used]
@@ -170,7 +178,8 @@ class GrowingArrays:
         """Return the damaged runs and chunks, after mending what the copy has."""
         for file in self.folder.rglob("*.partial"):
             file.unlink(missing_ok=True)
-        bad, chunks = np.zeros(self.runs, bool), []
+        bad = np.zeros(self.runs, bool)
+        chunks = []
         for name, array in self.arrays.items():
             if not array.grows:
                 self.read(name)
@@ -189,7 +198,8 @@ class GrowingArrays:
         write_synced({self._file(name, chunk): array.encoded(np.zeros((0, *array.chunk[1:])))})
 
     def _stored(self, name: str, chunk: int) -> np.ndarray:
-        file, array = self._file(name, chunk), self.arrays[name]
+        file = self._file(name, chunk)
+        array = self.arrays[name]
         try:
             return array.decoded(file.read_bytes())
         except (OSError, ValueError, struct.error, IndexError) as error:

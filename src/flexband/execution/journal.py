@@ -46,7 +46,8 @@ class Journal:
         """Return the records of runs from this number on, without those that are damaged."""
         records = []
         for file in self._files():
-            data, place = read_unlinked(file), 0
+            data = read_unlinked(file)
+            place = 0
             while place + FRAME.size <= len(data):
                 length, checksum = FRAME.unpack_from(data, place)
                 body = data[place + FRAME.size : place + FRAME.size + length]
@@ -83,7 +84,8 @@ class Journal:
 
     def rotate(self) -> list[Path]:
         """Begin a new file with the next record; return the files that there are."""
-        file, self._file = self._file, None  # also if it cannot be closed
+        file = self._file
+        self._file = None  # also if it cannot be closed
         if file is not None:
             file.close()
         return self._files()

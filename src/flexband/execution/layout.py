@@ -82,11 +82,13 @@ def stored_labels(arrays: GrowingArrays) -> xr.DataArray | None:
     """Return no runs with the dims and coordinates of the outputs, None without outputs."""
     if "outputs" not in arrays.arrays:
         return None
-    outputs, attrs = arrays.arrays["outputs"], arrays.attrs
+    outputs = arrays.arrays["outputs"]
+    attrs = arrays.attrs
     coords = {}
     for name in attrs["coordinates"]:
         array = arrays.arrays[name]
-        values, about = arrays.read(name), dict(array.attrs)
+        values = arrays.read(name)
+        about = dict(array.attrs)
         units = str(about.get("units", ""))
         if array.kind == "int64" and units.startswith("nanoseconds"):
             values = values.astype("M8[ns]" if "since" in units else "m8[ns]")

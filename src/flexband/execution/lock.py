@@ -54,7 +54,8 @@ class Lock:
     def release(self) -> None:
         """Free the folder."""
         _locks.discard(self)
-        handle, self._handle = self._handle, -1
+        handle = self._handle
+        self._handle = -1
         if handle >= 0:
             os.close(handle)
 

@@ -142,7 +142,9 @@ class _Pool:
     """Workers, each with a task or idle; a task whose process dies is tried `attempts` times."""
 
     def __init__(self, count: int, limit: float | None, attempts: int = 2):
-        self.limit, self.count, self.attempts = limit, count, attempts
+        self.limit = limit
+        self.count = count
+        self.attempts = attempts
         self.workers: list[_Worker] = []
 
     def close(self) -> None:
@@ -156,7 +158,8 @@ class _Pool:
     def perform(self, response: ResponseFunction, tasks: Tasks) -> Outcomes:
         """Perform tasks; tasks that are left when the caller stops are ended."""
         pickled = dump_response(response)
-        waiting, attempts = deque(range(len(tasks))), [0] * len(tasks)
+        waiting = deque(range(len(tasks)))
+        attempts = [0] * len(tasks)
         done = 0
         try:
             while done < len(tasks):
@@ -192,7 +195,8 @@ class _Pool:
                     return
                 self.workers.append(_start_worker())
                 continue
-            worker, number = idle[0], waiting.popleft()
+            worker = idle[0]
+            number = waiting.popleft()
             worker.task = number
             attempts[number] += 1
             known = worker.response == hash(pickled)
@@ -226,7 +230,8 @@ class _Pool:
         if not data:
             worker.deadline = time.monotonic() + (self.limit or float("inf"))
             return None
-        worker.task, worker.deadline = None, float("inf")
+        worker.task = None
+        worker.deadline = float("inf")
         return receive_outcome(data)
 
     def _replace(self, worker: _Worker) -> str:

@@ -38,11 +38,15 @@ class RunRecorder:
     now.
     """
 
-    period, most_waiting, slow = 0.5, 64e6, 0.1
+    period = 0.5
+    most_waiting = 64e6
+    slow = 0.1
 
     def __init__(self, store: Store, owner: Owner, about: Mapping[str, str] | None = None):
         """Open or make the store; `about` says which inputs the runs to come are for."""
-        self.store, self.owner, self.about = store, owner, dict(about or {})
+        self.store = store
+        self.owner = owner
+        self.about = dict(about or {})
         folder = Path(store.folder)
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -86,7 +90,8 @@ class RunRecorder:
         self._waiting: list[Finished] = []
         self._bytes = 0.0  # of their values
         self._safe = 0  # number of those that are in the journal
-        self._writing, self._synced = False, float("-inf")
+        self._writing = False
+        self._synced = float("-inf")
         self._changed = threading.Condition()
         self._error: BaseException | None = None
         self._told = self._closing = self._hurry = False
@@ -117,7 +122,8 @@ class RunRecorder:
                 self.rows[_key(setting, row)] = k
 
     def _count(self, record: Finished) -> None:
-        first, count = len(self.status), len(record.inputs)
+        first = len(self.status)
+        count = len(record.inputs)
         status = RunStatus.FAILED if record.values is None else RunStatus.DONE
         self.status = np.concatenate([self.status, np.full(count, status, np.int8)])
         self._index([record.setting] * count, record.inputs, first)
@@ -131,7 +137,8 @@ class RunRecorder:
         assert self.labels is not None
         self.flush()
         values = np.full((len(runs), *self.labels.shape[1:]), np.nan)
-        reasons, failed = np.full(len(runs), "", object), self.status[runs] == RunStatus.FAILED
+        reasons = np.full(len(runs), "", object)
+        failed = self.status[runs] == RunStatus.FAILED
         with self._changed:
             self._changed.wait_for(lambda: not self._writing)
             first = self.arrays.runs
@@ -230,16 +237,19 @@ class RunRecorder:
                 pass
         except BaseException as error:  # this thread has no caller
             with self._changed:
-                self._error, self._writing = error, False
+                self._error = error
+                self._writing = False
                 self._changed.notify_all()
 
     def _write(self) -> bool:
         """Write the runs that wait; return whether to go on."""
-        error, older = None, []
+        error = None
+        older = []
         with self._changed:
             self._changed.wait_for(lambda: self._closing or self._hurry, timeout=self.period)
             self._hurry = False
-            batch, closing = list(self._waiting), self._closing
+            batch = list(self._waiting)
+            closing = self._closing
             try:
                 older = self.journal.rotate() if batch else []
             except OSError as raised:

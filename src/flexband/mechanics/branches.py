@@ -42,7 +42,9 @@ class Branch:
         nominal inputs change a little.
         """
         mechanism = builder(**values)
-        given, turned, eighth = {}, {}, np.pi / 4
+        given = {}
+        turned = {}
+        eighth = np.pi / 4
         try:
             with without_warnings():
                 start = assembled_configuration(mechanism)

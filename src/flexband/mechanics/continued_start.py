@@ -125,12 +125,14 @@ def continue_from(system: System, state: EndState) -> tuple[System, ContinuedSta
             f"start must have as many samples as the mechanism, {system.samples}, or one; got "
             f"{state.samples}"
         )
-    samples, rows = max(system.samples, state.samples), system.structure.state
+    samples = max(system.samples, state.samples)
+    rows = system.structure.state
     ends = np.zeros((sum(_sizes(system)), samples))
     known = np.zeros((len(ends), 1), dtype=bool)
     for label, places in _labels(system).items():
         if label in state.parts:
-            ends[places], known[places] = state.parts[label], True
+            ends[places] = state.parts[label]
+            known[places] = True
     ends[0] = 1.0
     if state.at_rest:
         ends[rows.velocity : rows.acceleration] = system.values.velocity
@@ -179,11 +181,13 @@ class ContinuedStart(Start):
 
     def of_blocks(self, run: Run) -> Callable[[int, Values], Begun]:
         """Return what begins a block."""
-        system, state = run.system, run.system.structure.state
+        system = run.system
+        state = run.system.structure.state
         step = float(run.times[1] - run.times[0])
         free = run.integrator.step_limits(state, step) is not None
         same_method = self.spectral_radius == float(run.integrator.spectral_radius)
-        q, velocity = slice(1, state.coordinates + 1), state.velocity
+        q = slice(1, state.coordinates + 1)
+        velocity = state.velocity
         second = slice(state.acceleration + 1, state.energy)
         laws = slice(state.law_state, state.sliding)
         stuck = slice(state.sliding, state.sliding + 2 * (state.angle - state.friction))
@@ -198,7 +202,8 @@ class ContinuedStart(Start):
             work, failure = begin(system, values, z)
             # accelerations change by what they jump, the method's only if that is less than its
             # distance from them, which depends on the past
-            distance, jump = a[q] - z[second], work.z[second] - anew[1:]
+            distance = a[q] - z[second]
+            jump = work.z[second] - anew[1:]
             scaled = [np.abs(values.inverse_scale[q] * x).max(axis=0) for x in (jump, distance)]
             smooth = (scaled[0] <= scaled[1]) & same_method & (steps[1] > 0)
             ratio = 1.0 if free else step / np.where(smooth, steps[1], step)
@@ -216,7 +221,8 @@ class ContinuedStart(Start):
             self.lost_energy[samples] = lost[: len(samples)]
             blame_overlaps(system, values, work.z, failure, z)
             if len(apart):
-                code, worst = np.full(WIDTH, FAILURE.not_met), apart.max(axis=0)
+                code = np.full(WIDTH, FAILURE.not_met)
+                worst = apart.max(axis=0)
                 not_met = np.stack([code, 0.0 * code, apart.argmax(axis=0), worst])
                 failure = np.where(worst > self.tolerance * size, not_met, failure)
             return Begun(work, failure, work.z.copy())
@@ -244,7 +250,8 @@ def _strike(
     state = run.system.structure.state
     speeds = slice(state.velocity, state.acceleration)
     modes = slice(state.sliding, state.sliding + state.angle - state.friction)
-    kept, scale = work.z.copy(), values.inverse_scale * np.abs(before[speeds])
+    kept = work.z.copy()
+    scale = values.inverse_scale * np.abs(before[speeds])
     change = values.inverse_scale * np.abs(before[speeds] - kept[speeds])
     struck = change.max(axis=0) > least * scale.max(axis=0)
     if not struck.any():
@@ -265,15 +272,18 @@ def _lost_energy(
     system: System, values: Values, before: np.ndarray, after: np.ndarray
 ) -> np.ndarray:
     """Return by how much velocities after an impact have less kinetic energy [J], of each lane."""
-    i, j = system.structure.mass.i, system.structure.mass.j
-    change, total = before - after, before + after
+    i = system.structure.mass.i
+    j = system.structure.mass.j
+    change = before - after
+    total = before + after
     products = change[i] * total[j] + np.where((i < j)[:, None], change[j] * total[i], 0.0)
     return 0.5 * (values.mass * products).sum(axis=0)
 
 
 def _sizes(system: System) -> tuple[int, ...]:
     """Return the numbers of rows of what is kept, see `Batch.ends`."""
-    state, springs = system.structure.state, len(system.structure.springs.f)
+    state = system.structure.state
+    springs = len(system.structure.springs.f)
     each = state.coordinates + 1
     return state.rows, each, springs, STEP_ROWS, each, each
 
@@ -290,7 +300,8 @@ def _meshes(system: System) -> dict[str, tuple]:
 
 def _labels(system: System) -> dict[Label, np.ndarray]:
     """Return the rows of the end of a motion that belong to each label."""
-    model, state = system.model, system.structure.state
+    model = system.model
+    state = system.structure.state
     a, rest, steps, anew, *_ = accumulate(_sizes(system))
     labels: dict[Label, np.ndarray] = {("steps", "", 0): np.arange(steps, anew)}
     for name, body in model.bodies.items():
@@ -325,7 +336,8 @@ def _row_labels(
     kind: str, owners: Iterable[str], first: int, copies: int = 1
 ) -> dict[Label, np.ndarray]:
     """Return the labels of rows with these owners; `copies` of all rows follow each other."""
-    owners, count = list(owners), Counter[str]()
+    owners = list(owners)
+    count = Counter[str]()
     labels: dict[Label, np.ndarray] = {}
     for row, owner in enumerate(owners, start=first):
         labels[kind, owner, count[owner]] = row + len(owners) * np.arange(copies)

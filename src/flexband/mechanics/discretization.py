@@ -69,7 +69,8 @@ def discretization_error(
     order_factor = 4 / 3  # at second order
     tenth = _with_tenth(mechanism, integrator)
     if tenth:
-        run, order_factor = partial(run, integrator=tenth), 1.0
+        run = partial(run, integrator=tenth)
+        order_factor = 1.0
     with without_warnings():
         half, fine = refined(1 if tenth else 2)
         if "halved_step" in coarse.attrs:
@@ -113,7 +114,8 @@ def _scale(motion: xr.DataArray) -> xr.DataArray:
     an angle with one radian.
     """
     size = abs(motion).max("time")
-    units, angle = Units.along(motion, ("output",)), size["unit"].values == "rad"
+    units = Units.along(motion, ("output",))
+    angle = size["unit"].values == "rad"
     sizes = np.maximum(size.values, angle).reshape(-1, len(angle))
     least = [units.least_variation(sample_sizes, StepCheck().min_scale) for sample_sizes in sizes]
     scale = np.maximum(motion.std("time").values, np.reshape(least, size.shape))

@@ -85,7 +85,8 @@ def equilibrium(
     check_instance("mechanism", mechanism, Mechanism)
     check_flag("keep_state", keep_state)
     warn_of_windings(mechanism.model)
-    without, mechanism = mechanism.left_out_at_rest(), mechanism.at_rest()
+    without = mechanism.left_out_at_rest()
+    mechanism = mechanism.at_rest()
     steps, at, threads = check_steps(steps), check_time(time), thread_count(threads)
     system = assemble(mechanism)
     packed = pack(system, np.array([at, at + 1.0]))
@@ -173,7 +174,8 @@ def check_steps(steps: int) -> int:
 
 def check_time(time: float) -> float:
     """Return a time [s] at which functions can still be differentiated, or raise `InputError`."""
-    at, latest = float(check_numbers("time [s]", time)), 1e9
+    at = float(check_numbers("time [s]", time))
+    latest = 1e9
     if abs(at) > latest:
         raise InputError(f"time [s] must be at most {latest:g}; got {at:g}")
     return at

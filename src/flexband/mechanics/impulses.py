@@ -54,5 +54,6 @@ def keep_impulses(system: System, impulses: list[Impulse]) -> None:
 
 def _range(values: list[float], unit: str) -> str:
     """Return equal values as one number, others as a range."""
-    low, high = f"{min(values):.6g}", f"{max(values):.6g}"
+    low = f"{min(values):.6g}"
+    high = f"{max(values):.6g}"
     return f"{low} {unit}" if low == high else f"{low} to {high} {unit}"

@@ -233,7 +233,8 @@ def modal_response(
         values.
     """
     check_function("builder", builder, " that returns a Mechanism")
-    modes, steps = check_integer("modes", modes, 1), check_steps(steps)
+    modes = check_integer("modes", modes, 1)
+    steps = check_steps(steps)
     check_instance("nominal", nominal, Mapping, "a mapping from arguments to values")
     check_option("about", about, ["start", "equilibrium"])
     for name, value in nominal.items():

@@ -135,7 +135,8 @@ def modes(
     (array([3.183]), array([0.05]))
     """
     check_instance("mechanism", mechanism, Mechanism)
-    count, steps = check_integer("count", count, 1), check_steps(steps)
+    count = check_integer("count", count, 1)
+    steps = check_steps(steps)
     thickness = check_flag("thickness", thickness)
     system, samples, unbalanced = sample_modes(mechanism, count, about, steps, thickness=thickness)
     result = _dataset(system, samples)
@@ -167,7 +168,8 @@ def sample_modes(
 ) -> AllModes:
     """Return the modes of every sample; `thickness` is whether to list those of thickness."""
     mechanism = mechanism.at_rest()
-    system, spins = assemble(mechanism), None
+    system = assemble(mechanism)
+    spins = None
     if isinstance(about, SteadyRotation):
         system, spins = _spins(mechanism, system, about)
     else:
@@ -178,7 +180,9 @@ def sample_modes(
         about == "sliding",
     )  # fmt: skip
     failures = np.zeros((system.samples, 4))
-    samples, unbalanced, moving = [], [], False
+    samples = []
+    unbalanced = []
+    moving = False
     for block in range(-(-system.samples // WIDTH)):
         numbers = np.arange(system.samples)[block * WIDTH :][:WIDTH]
         wait = interruptible if statics.codes else while_compiling
@@ -205,7 +209,8 @@ def _spins(
     samples = count_samples([*given, np.zeros(system.samples)])
     centre = np.zeros((system.structure.state.coordinates, samples))
     for x_row, y_row in mechanism.model.places:
-        centre[x_row - 1], centre[y_row - 1] = given[1], given[2]
+        centre[x_row - 1] = given[1]
+        centre[y_row - 1] = given[2]
     rates = np.broadcast_to(given[0], samples)
     spins = [Spin(float(rates[k]), centre[:, k]) for k in range(samples)]
     return replace(system, samples=samples), spins

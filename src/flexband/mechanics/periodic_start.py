@@ -49,7 +49,8 @@ class PeriodicStart(Start):
 
     def of_blocks(self, run: Run) -> Callable[[int, Values], Begun]:
         """Return what begins a block. Raise `InputError` if a function of time is not periodic."""
-        system, step = run.system, run.times[1] - run.times[0]
+        system = run.system
+        step = run.times[1] - run.times[0]
         self._check_functions(system, float(run.times[-1]))
         limits = run.integrator.step_limits(system.structure.state, step)
         method = run.integrator.coefficients(step)
@@ -87,9 +88,11 @@ class PeriodicStart(Start):
         system: System, values: Values, work: WorkSpace, x: np.ndarray
     ) -> tuple[WorkSpace, np.ndarray]:
         """Return a block that starts from a state, shape (rows, WIDTH), and its failures."""
-        z, held = work.z.copy(), WorkSpace.from_structure(system.structure)
+        z = work.z.copy()
+        held = WorkSpace.from_structure(system.structure)
         z[_rows(system)] = x
-        held.smallest[:], held.z[:] = work.smallest, work.z
+        held.smallest[:] = work.smallest
+        held.z[:] = work.z
         return held, hold(system, values, held, z, velocities=True)
 
     def _fixed_point(
@@ -143,14 +146,16 @@ class _Iteration:
     """Anderson's acceleration in one lane."""
 
     def __init__(self, options: PeriodicStart) -> None:
-        self.options, self.done = options, False
+        self.options = options
+        self.done = False
         self.points: list[np.ndarray] = []
         self.images: list[np.ndarray] = []
 
     def next(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:
         """Return the next iterate after x, which is at `g` one period later."""
         most = self.options.memory + 1
-        self.points, self.images = [*self.points, x.copy()][-most:], [*self.images, g][-most:]
+        self.points = [*self.points, x.copy()][-most:]
+        self.images = [*self.images, g][-most:]
         self.done = bool(np.abs(g - x).max() <= self.options.tolerance)
         if self.done or len(self.points) == 1:
             return g
@@ -170,7 +175,8 @@ class _Iteration:
 
     def _differences(self) -> tuple[np.ndarray, np.ndarray]:
         """Return differences of iterates, of length one, and those that they are mapped to."""
-        moved, mapped = np.diff(self.points, axis=0).T, np.diff(self.images, axis=0).T
+        moved = np.diff(self.points, axis=0).T
+        mapped = np.diff(self.images, axis=0).T
         length = np.linalg.norm(moved, axis=0)
         return moved[:, length > 0] / length[length > 0], mapped[:, length > 0] / length[length > 0]
 

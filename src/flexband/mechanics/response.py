@@ -95,7 +95,8 @@ class SensorResponse(MechanismResponse):
         return instantaneous(self.built(values))
 
     def components(self, mechanism: Mechanism) -> tuple[list[str], list[str]]:
-        quantities, tensors = [], []
+        quantities = []
+        tensors = []
         for name, sensor in mechanism.sensors.items():
             units = [unit for _, unit in mechanism.model.outputs[name]]
             quantities += [f"{name} [{unit}]" for unit in units]
@@ -161,7 +162,8 @@ class DynamicResponse(SensorResponse):
         finer = {"step": self.refined(element_parts=1)}
         if elements:
             finer["elements"] = self.refined(step_parts=1)
-        open_step, open_mesh = not self.given_step, bool(mechanism.without_elements)
+        open_step = not self.given_step
+        open_mesh = bool(mechanism.without_elements)
         left_out = ["step"] * open_step + ["elements"] * open_mesh
         chosen = limits and self.given_step and self.integrator.step_tolerance is None
         numbers = {"step": self.step} | elements
@@ -320,7 +322,8 @@ def begun(motion: xr.DataArray) -> xr.DataArray:
     known = np.isfinite(motion.values)
     if known.all() or "time" not in motion.dims:
         return motion
-    first, never = known.argmax(axis=-1)[..., None], ~known.any(axis=-1, keepdims=True)
+    first = known.argmax(axis=-1)[..., None]
+    never = ~known.any(axis=-1, keepdims=True)
     instants = (motion["unit"] == "s").broadcast_like(motion).values
     values = np.take_along_axis(motion.values, first, axis=-1)
     values = np.where(instants & never, motion["time"].values[-1], values)

@@ -274,7 +274,8 @@ def _replace_samples(
     finer.failures[:, 1] = np.ceil(finer.failures[:, 1] / 2)
     kept_impulses = [impulse for impulse in batch.impulses if impulse.sample not in again]
     batch.impulses[:] = kept_impulses + finer.impulses
-    batch.outputs[again], batch.failures[again] = finer.outputs, finer.failures
+    batch.outputs[again] = finer.outputs
+    batch.failures[again] = finer.failures
     batch.turned[again] = finer.turned
     batch.unresolved[again] = np.ceil(finer.unresolved / 2)
     batch.strains.place(again, finer.strains)

@@ -35,8 +35,10 @@ class StaticStart(Start):
 
     def of_blocks(self, run: Run) -> Callable[[int, Values], Begun]:
         """Return what begins a block."""
-        mechanism, system = run.system.mechanism, run.system
-        state, samples = system.structure.state, run.samples
+        mechanism = run.system.mechanism
+        system = run.system
+        state = system.structure.state
+        samples = run.samples
         packed = None
         if mechanism.switches:
             system = replace(assemble(mechanism.at_rest()), samples=run.system.samples)
@@ -48,7 +50,8 @@ class StaticStart(Start):
             work, failure = begin(run.system, values)
             assembled = work.z.copy()
             rest = block_equilibria(system, packed(number) if packed else values, 1, count)
-            z, failed = work.z.copy(), np.where(failure[0] > 0, failure, rest.failure)
+            z = work.z.copy()
+            failed = np.where(failure[0] > 0, failure, rest.failure)
             if packed:
                 failed[2] = -1.0  # constraints have other numbers
             for lane in range(WIDTH):
@@ -115,7 +118,8 @@ def start_runs(
     if isinstance(start, xr.DataArray):
         state = state_of(start, period)
         return continue_from(assemble(mechanism), state)
-    begins, system = start_of(start, period, step, "step"), assemble(mechanism)
+    begins = start_of(start, period, step, "step")
+    system = assemble(mechanism)
     if start == "periodic" and mechanism.switches:
         raise InputError("start='periodic' is not for a mechanism with joints that switch")
     if slow:

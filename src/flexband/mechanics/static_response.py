@@ -42,7 +42,8 @@ class AtRest(MechanismResponse, ABC):
 
     def description(self, **values: Argument) -> Description:
         """Return what it says about itself; its discretization is the elements alone."""
-        mechanism, parts = self.built(values), self.element_parts
+        mechanism = self.built(values)
+        parts = self.element_parts
         numbers = elements_of(mechanism, parts)
         finer = {"elements": replace(self, element_parts=2 * parts)} if numbers else {}
         left_out = ["elements"] * bool(mechanism.without_elements)
@@ -138,6 +139,7 @@ def static_response(
     array([-2., -1.])
     """
     check_function("builder", builder, " that returns a Mechanism")
-    steps, at = check_steps(steps), check_time(time)
+    steps = check_steps(steps)
+    at = check_time(time)
     thread_count(threads)
     return StaticResponse(builder, steps, time=at, threads=threads)

@@ -165,13 +165,15 @@ class FMU(OneByOne):
 
     def _communication(self, description: fmi.ModelDescription) -> list[tuple[float, float, int]]:
         """Return begin, communication step and number of steps between all times."""
-        start, ends = self._start(description), self._ends
+        start = self._start(description)
+        ends = self._ends
         if ends[0] < start:
             raise InputError(f"FMU times [s] must not be before its start {start:g}; got {ends[0]}")
         experiment = description.defaultExperiment
         longest = self.step or float((experiment and experiment.stepSize) or np.inf)
         points = ends if ends[0] == start else (start, *ends)
-        parts, equal = [], 1e-6  # relative difference of equal steps
+        parts = []
+        equal = 1e-6  # relative difference of equal steps
         for begin, end in pairwise(points):
             count = max(1, int(np.ceil((end - begin) / longest - equal)))
             parts.append((begin, (end - begin) / count, count))
@@ -189,7 +191,8 @@ class _Run:
     """An FMU that is instantiated, through FMPy."""
 
     def __init__(self, folder: str, description: fmi.ModelDescription, messages: list[str]):
-        self.description, self.fatal = description, False
+        self.description = description
+        self.fatal = False
         simulation = _fmpy("fmpy.simulation")
         self.failure: type[Exception] = _fmpy("fmpy.fmi1").FMICallException
 

@@ -29,7 +29,9 @@ class TimedReader(io.RawIOBase):
     """Reads from a connection: a request that has begun has a time limit, whatever its pace."""
 
     def __init__(self, connection: socket.socket, *, idle: float, request: float):
-        self.connection, self.idle, self.request = connection, idle, request
+        self.connection = connection
+        self.idle = idle
+        self.request = request
         self.deadline: float | None = None  # of the request; None until it begins
 
     def readable(self) -> bool:
@@ -51,7 +53,8 @@ class MemoryBudget:
     """Bytes that all requests may take together."""
 
     def __init__(self, size: int):
-        self.remaining, self.lock = size, threading.Lock()
+        self.remaining = size
+        self.lock = threading.Lock()
 
     @contextmanager
     def taken(self, size: int) -> Iterator[bool]:
@@ -72,7 +75,8 @@ class LimitedServer(ThreadingHTTPServer):
     daemon_threads = True
 
     def __init__(self, address: tuple[str, int], handler: Any, limits: ServerLimits):
-        self.limits, self.bodies = limits, MemoryBudget(limits.body)
+        self.limits = limits
+        self.bodies = MemoryBudget(limits.body)
         self.free = threading.BoundedSemaphore(limits.connections)
         super().__init__(address, handler)
 
@@ -106,7 +110,8 @@ class LimitedHandler(BaseHTTPRequestHandler):
     def setup(self) -> None:
         super().setup()
         assert isinstance(self.server, LimitedServer)
-        self.limits, self.bodies = self.server.limits, self.server.bodies
+        self.limits = self.server.limits
+        self.bodies = self.server.bodies
         self.timed = TimedReader(
             self.connection, idle=self.limits.idle, request=self.limits.request
         )

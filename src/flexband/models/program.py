@@ -28,7 +28,8 @@ from flexband.errors import InputError, ModelError
 from flexband.models.one_by_one import OneByOne, result_of_one
 from flexband.models.template import Template
 
-STDOUT, STDERR = "stdout.txt", "stderr.txt"
+STDOUT = "stdout.txt"
+STDERR = "stderr.txt"
 """Files in which a program's standard output and error are kept."""
 
 SHOWN_LINES = 10

@@ -30,7 +30,8 @@ class Template:
 
     def __post_init__(self) -> None:
         for match in self._placeholders():
-            name, spec = match["name"] or "", match["spec"] or ""
+            name = match["name"] or ""
+            spec = match["spec"] or ""
             line = self.text[match.start() :].splitlines()[0]
             written = f"{self.source}: the placeholder at {value_text(line)}"
             if not name.isidentifier():
@@ -55,7 +56,8 @@ class Template:
         def written(match: re.Match[str]) -> str:
             if match["literal"]:
                 return "${"
-            name, spec = match["name"], match["spec"] or ""
+            name = match["name"]
+            spec = match["spec"] or ""
             text = _format(values[name], spec)
             if text is None:
                 raise InputError(

@@ -33,7 +33,8 @@ class _RefusedError(Exception):
 
     def __init__(self, kind: str, message: str, status: int = 400):
         super().__init__(message)
-        self.kind, self.status = kind, status
+        self.kind = kind
+        self.status = status
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,8 @@ class _Offered:
 
     def outputs(self, numbers: np.ndarray) -> np.ndarray:
         """Return the values of the response, shape (vectors, entries)."""
-        values, begin = {}, 0
+        values = {}
+        begin = 0
         for name, like in self.inputs.items():
             entries = numbers[begin : begin + like.size]
             values[name] = entries if like.ndim == 0 else entries[None]
@@ -133,14 +135,16 @@ class _Handler(LimitedHandler):
     disable_nagle_algorithm = True
 
     def __init__(self, offered: _Offered, listening: str, *arguments: Any):
-        self.offered, self.listening = offered, listening
+        self.offered = offered
+        self.listening = listening
         super().__init__(*arguments)
 
     def do_GET(self) -> None:  # noqa: N802
         self._reply(0)
 
     def do_POST(self) -> None:  # noqa: N802
-        text, most = self.headers.get("Content-Length", "0"), self.limits.body
+        text = self.headers.get("Content-Length", "0")
+        most = self.limits.body
         size = int(text) if text.isdecimal() and len(text) < 10 else most + 1
         if size > most:
             message = f"Content-Length must be {most} or less; got {text}"
@@ -168,7 +172,8 @@ class _Handler(LimitedHandler):
                 raise _RefusedError(
                     "InvalidInput", f"the request must be an object; got {value_text(asked)}"
                 )
-            status, answer = 200, self.offered.answer(self.path.strip("/"), asked)
+            status = 200
+            answer = self.offered.answer(self.path.strip("/"), asked)
         except _RefusedError as error:
             status = error.status
             answer = {"error": {"type": error.kind, "message": str(error)}}

@@ -74,7 +74,8 @@ class CollectedRemark:
     @classmethod
     def from_json(cls, content: Mapping[str, Any]) -> CollectedRemark:
         """Return what `as_json` has made; raise `ValueError` if it is of another version."""
-        runs, inputs = int(content.get("runs", 0)), str(content.get("inputs", ""))
+        runs = int(content.get("runs", 0))
+        inputs = str(content.get("inputs", ""))
         return cls(Remark.from_json(content), runs, inputs)
 
 

@@ -69,9 +69,11 @@ def study_html(study: Study) -> str:
 def surrogate_html(surrogate: AnySurrogate) -> str:
     """Return a table of a surrogate: its outputs, runs, expected error and inputs."""
     if isinstance(surrogate, SurrogateOfChoices):
-        given, several = surrogate.given, list(surrogate.surrogates.values())
+        given = surrogate.given
+        several = list(surrogate.surrogates.values())
     else:
-        given, several = surrogate.space.given, [surrogate]
+        given = surrogate.space.given
+        several = [surrogate]
     labels = several[0].labels
     sizes = [f"{dim} ({size})" for dim, size in labels.sizes.items() if dim != "sample"]
     rows = [("dims", ", ".join(sizes) or "one number")]

@@ -98,7 +98,9 @@ class _Bar(ProgressListener):
     """Progress as a bar, with what is done now beside it."""
 
     def __init__(self, name: str, bars: rp.Progress):
-        self.bars, self.now, self.text = bars, "", ""
+        self.bars = bars
+        self.now = ""
+        self.text = ""
         self.task = bars.add_task(printable(name), total=None, told="")
 
     def __call__(self, done: int, total: int) -> None:
@@ -125,8 +127,11 @@ class _Lines(ProgressListener):
     """Progress as lines: at the start, from time to time, and at the end."""
 
     def __init__(self, name: str, console: Console):
-        self.name, self.console = name, console
-        self.printed, self.text, self.now = float("-inf"), "", ""
+        self.name = name
+        self.console = console
+        self.printed = float("-inf")
+        self.text = ""
+        self.now = ""
         self.first: int | None = None
         self.measured: tuple[float, int] | None = None  # time and runs after the first batch
 
@@ -141,7 +146,8 @@ class _Lines(ProgressListener):
             "" if ended else self.left(now, done, total) + self.now
         )
         if text != self.text and (ended or now >= self.printed + PERIOD):
-            self.printed, self.text = now, text
+            self.printed = now
+            self.text = text
             self.console.print(f"{self.name}: {text}", soft_wrap=True)
 
     def stage(self, name: str) -> None:

@@ -40,7 +40,9 @@ def write_comparison_report(
     PCCI and improved PCCI are drawn for the orders k and q, with the reference and adaptive PCCI.
     """
     bands = "Interval mean and interval error bar"
-    fields, response, drawn = study.fields(), study.nominal(), list[Drawing]()
+    fields = study.fields()
+    response = study.nominal()
+    drawn = list[Drawing]()
     adaptive = AdaptivePCCI(correct=False)
     along = field_axes(study.source, study.inputs) if fields else {}
     if random := {k: field for k, field in fields.items() if isinstance(field, RandomField)}:
@@ -87,7 +89,8 @@ def write_figures(
     remarks: Sequence[str] = (),
 ) -> Path:
     """Write a page with a table, remarks and figures that can be drawn; return its path."""
-    pictures, remarks = [], list(remarks)
+    pictures = []
+    remarks = list(remarks)
     for caption, draw in drawings:
         try:
             pictures.append((caption, _picture(draw())))

@@ -89,8 +89,10 @@ def at_more_times(values: np.ndarray, parts: int) -> np.ndarray:
         return values
     steps = values.shape[-1] - 1
     number = np.arange(parts * steps + 1)
-    before, part = number // parts, number % parts / parts
-    first, last = values[..., before], values[..., np.minimum(before + 1, steps)]
+    before = number // parts
+    part = number % parts / parts
+    first = values[..., before]
+    last = values[..., np.minimum(before + 1, steps)]
     same = first == last  # as infinite ones are
     return first + part * np.subtract(last, first, out=np.zeros(first.shape), where=~same)
 
@@ -200,7 +202,8 @@ def curve(name: str, bound: Bound, output_labels: xr.DataArray, free: float) -> 
 
 
 def _times(name: str, output_labels: xr.DataArray) -> tuple[Hashable, np.ndarray]:
-    dim, coordinates = output_labels.dims[-1], output_labels.coords
+    dim = output_labels.dims[-1]
+    coordinates = output_labels.coords
     has_dim = output_labels.ndim > 1
     if not has_dim or dim not in coordinates or coordinates[dim].dtype.kind not in "iuf":
         where = f"its last dim {dim!r} has none" if has_dim else "it has no dim"

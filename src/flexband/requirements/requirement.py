@@ -205,11 +205,13 @@ class Requirement:
         within `during`, the unit is not one of the output, or bounds leave nothing between them.
         """
         name, number = chosen_output(self.label, self.output, labels)
-        output_labels, where = labels, (...,)
+        output_labels = labels
+        where = (...,)
         if number is not None:
             output_labels = labels.isel(output=number)
             where = (*[slice(None)] * (labels.dims.index("output") - 1), number)
-        times, window = None, ALWAYS if self.during is None else self.during
+        times = None
+        window = ALWAYS if self.during is None else self.during
         if self.during is not None:
             times = times_of_window(self.label, self.during, output_labels)
         ends = self._ends(output_labels, case, self.scale(output_labels))
@@ -341,9 +343,11 @@ def by_name(requirements: Requirements) -> dict[str, Requirement]:
     """Return requirements by their words; raise `InputError` if there is none."""
     named: dict[str, Requirement] = {}
     for requirement in (sequence := several(requirements)):
-        name, count = str(requirement), 2
+        name = str(requirement)
+        count = 2
         while name in named:
-            name, count = f"{requirement} ({count})", count + 1
+            name = f"{requirement} ({count})"
+            count = count + 1
         named[name] = requirement
     if not sequence:
         raise InputError(

@@ -66,7 +66,8 @@ class Capability:
 
     def within(self, interval: Interval) -> TruncatedNormal:
         """Return the distribution of parts whose tolerance is an interval."""
-        lower, upper = interval.lower, interval.upper
+        lower = interval.lower
+        upper = interval.upper
         sigma = (upper - lower) / (6 * self.cp)
         cpk = self.cp if self.cpk is None else self.cpk
         aside = (upper - lower) / 2 - 3 * sigma * cpk

@@ -65,7 +65,9 @@ SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 
 def unit_of(name: str, text: str) -> Unit:
     """Return the unit that a text says; raise `InputError`, with a name, if it is not known."""
-    scale, powers, sign = 1.0, _powers(), 1
+    scale = 1.0
+    powers = _powers()
+    sign = 1
     plain = text.translate(SUPERSCRIPTS) if isinstance(text, str) else ""
     factors = [part for part in re.split(r"([·*/\s]+)", plain.strip()) if part]
     for part in factors:
@@ -90,7 +92,8 @@ def unit_of(name: str, text: str) -> Unit:
 
 def _symbol(text: str) -> Unit | None:
     """Return a unit with or without a prefix; None if there is none of this name."""
-    prefix, rest = text[:1], text[1:]
+    prefix = text[:1]
+    rest = text[1:]
     plain = PREFIXABLE.get(text) or OTHERS.get(text)
     if plain is None and prefix in PREFIXES and rest in PREFIXABLE:
         return Unit(PREFIXES[prefix] * PREFIXABLE[rest].scale, PREFIXABLE[rest].powers)
@@ -102,7 +105,8 @@ def factor(name: str, unit: str, into: str) -> float:
 
     Raise `InputError`, with a name, if one is no unit, or they have different dimensions.
     """
-    first, second = unit_of(name, unit), unit_of(name, into)
+    first = unit_of(name, unit)
+    second = unit_of(name, into)
     if first.powers != second.powers:
         raise InputError(f"{name} must be a unit for {into}; got {unit!r}")
     return first.scale / second.scale

@@ -113,7 +113,8 @@ def compare(
         if callback is not None:
             check_function(name, callback)
     study = study.located()
-    space, count = Space(first_case(study.inputs)), len(cases(study.inputs))
+    space = Space(first_case(study.inputs))
+    count = len(cases(study.inputs))
     check_runs(reference, space, count=count)
     reference, *methods = (_uncorrected(method) for method in (reference, *methods))
     methods = [method for method in methods if _affordable(method, space, count)]

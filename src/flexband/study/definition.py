@@ -176,7 +176,8 @@ class StudyDefinition:
 def _check_criteria(study: StudyDefinition) -> None:
     """Raise `InputError` if a criterion needs random inputs, or a scatter, that a study has not."""
     for requirement in several(study.requirements):
-        criterion, label = requirement.criterion, requirement.label
+        criterion = requirement.criterion
+        label = requirement.label
         if isinstance(criterion, ShareOfParts) and not study.scatter:
             raise InputError(
                 f"{label} criterion ShareOfParts requires the study's scatter, such as "

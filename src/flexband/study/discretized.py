@@ -48,7 +48,8 @@ def with_discretization(study: Study) -> Study:
     not corrected, since other methods do not correct it. With choices, they are those of the first
     option.
     """
-    response, inputs = as_response(study.response), first_case(study.inputs)
+    response = as_response(study.response)
+    inputs = first_case(study.inputs)
     space = Space(inputs)
     if not response.refines:
         return study

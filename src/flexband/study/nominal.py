@@ -117,7 +117,8 @@ def with_runs(
     well. `options` are those of the runs, such as store and executor.
     """
     unknown = xr.full_like(margins["least_margin"], np.nan)
-    run_margins, count = margins.get("run_margin", unknown).values.copy(), 0
+    run_margins = margins.get("run_margin", unknown).values.copy()
+    count = 0
     recorded = margins.get("recorded_margin", unknown).values.copy()
     cases = surrogates_of(surrogate)
     unsure = margins["verdict"].values.astype(str) == "undecided"
@@ -145,7 +146,8 @@ def with_runs(
             assert made.values is not None
             corridor = requirements[k].corridor(case.labels, label)
             run = made.values.values[0]
-            margin, count = corridor.margin(run, run), count + 1
+            margin = corridor.margin(run, run)
+            count = count + 1
             at = np.unravel_index(int(np.argmin(margin)), margin.shape)
             error = np.broadcast_to(discretization_error(case), margin.shape)[at]
             recorded[k] = np.fmin(recorded[k], margin[at])
@@ -161,7 +163,8 @@ def discretization_error(surrogate: Surrogate) -> np.ndarray | float:
 
     Past the horizon a run is one of many that are as likely, and this error is not one of shares.
     """
-    name, data = "error_bar_discretization_error", surrogate.diagnostics
+    name = "error_bar_discretization_error"
+    data = surrogate.diagnostics
     return data[name].transpose(*surrogate.labels.dims[1:]).values if name in data else 0.0
 
 
@@ -182,7 +185,8 @@ def with_recorded(
         return margins
     (case,) = surrogates_of(surrogate).values()
     stores = [folder, *(f for f in [folder / FileName.SAMPLES] if (f / FileName.RUNS).exists())]
-    count, extremes = 0, dict[int, RunExtreme]()
+    count = 0
+    extremes = dict[int, RunExtreme]()
     for runs in itertools.chain.from_iterable(map(_blocks, stores)):
         count += len(runs)
         for k, requirement in enumerate(requirements):
@@ -223,7 +227,8 @@ class RunExtreme(NamedTuple):
         error = np.broadcast_to(discretization_error(case), case.labels.shape[1:])
         margin = corridor.margin(runs.values, runs.values)
         place = np.unravel_index(margin.argmin(), runs.shape)
-        value, ends = runs.values[place], [corridor.upper, corridor.lower]
+        value = runs.values[place]
+        ends = [corridor.upper, corridor.lower]
         side = int(ends[0][place[1:]] - value > value - ends[1][place[1:]])
         curve = np.unique(ends[side][np.isfinite(ends[side])]).size > 1
         extreme = "most critical" if curve else ("largest", "smallest")[side]

@@ -48,7 +48,10 @@ class StudyProgress(ProgressListener):
         begin_task: Callable[[str], Progress],
     ) -> None:
         sessions = GrowingArrays(folder.runs).sessions
-        self.study, self.folder, self.store, self.begin_task = study, folder, store, begin_task
+        self.study = study
+        self.folder = folder
+        self.store = store
+        self.begin_task = begin_task
         self.about: dict[str, Any] = {
             **about,
             "process": this_process(),
@@ -57,10 +60,15 @@ class StudyProgress(ProgressListener):
             "done": 0,
             "total": None,
         }
-        self.begin, self.written, self.warned = time.monotonic(), float("-inf"), False
+        self.begin = time.monotonic()
+        self.written = float("-inf")
+        self.warned = False
         self.failures: list[str] = []  # what failed beside the runs, and is made again next time
         self.bar: Progress = lambda done, total: None
-        self.before, self.sized, self.first, self.opened = 0, False, False, False
+        self.before = 0
+        self.sized = False
+        self.first = False
+        self.opened = False
 
     @contextmanager
     def recorded(self, claim: Callable[[], bool]) -> Iterator[None]:
@@ -93,10 +101,12 @@ class StudyProgress(ProgressListener):
             points = {"count": len(error.points), "file": str(file)}
             self.write("waiting", points=points)
         elif self.store is not None and self.opened:
-            state, reason = "failed", error_text(error)
+            state = "failed"
+            reason = error_text(error)
             if isinstance(error, KeyboardInterrupt):
                 terminated = signal_of(error) == signal.SIGTERM
-                state, reason = "stopped", "SIGTERM" if terminated else "Ctrl-C"
+                state = "stopped"
+                reason = "SIGTERM" if terminated else "Ctrl-C"
             self.write(state, reason=reason)
         if self.first and not (self.opened and self.folder.runs.exists()):
             self.folder.forget()
@@ -122,15 +132,18 @@ class StudyProgress(ProgressListener):
         bar = self.begin_task(name)
         if self.store is None:
             return bar
-        self.bar, self.before = bar, self.about["done"]
+        self.bar = bar
+        self.before = self.about["done"]
         return self._advance
 
     def _advance(self, done: int, total: int) -> None:
         """Take progress: the first call comes when the store has been opened."""
         self.bar(done, total)
         budget = Budget.from_total(total)
-        each, most = budget.each, not budget.exact
-        done, total = self.before + done, self.before + total
+        each = budget.each
+        most = not budget.exact
+        done = self.before + done
+        total = self.before + total
         if not self.opened:
             self.claim()
         if not self.sized:

@@ -43,7 +43,8 @@ def sampled_parts(
     ----------
     execution : of the runs: batch, executor, failed.
     """
-    file, parts = answer_file(progress.folder.path, "parts"), None
+    file = answer_file(progress.folder.path, "parts")
+    parts = None
     if surrogate is not None and any(doubt.rare_values for doubt in doubts):
         try:
             parts = _sample_parts(progress, surrogate, **execution)
@@ -59,7 +60,8 @@ def _sample_parts(
     progress: StudyProgress, surrogate: AnySurrogate, **execution: Any
 ) -> xr.Dataset | None:
     """Return the distribution and the horizon; None if bands answer what is asked."""
-    study, cases = progress.study, surrogates_of(surrogate)
+    study = progress.study
+    cases = surrogates_of(surrogate)
     spaces = {label: case.space for label, case in cases.items()}
     values = (space.arguments_at(*space.nominal()) for space in spaces.values())
     if not any(study.source.description(**nominal).impacts for nominal in values):
@@ -67,8 +69,10 @@ def _sample_parts(
     # only here, as below: most studies do not need it, and it takes a while to import
     from flexband.analysis.parts import distribution, horizon, points  # noqa: PLC0415
 
-    near, options = horizon.HorizonOptions(), distribution.SamplingOptions()
-    folder, store = progress.folder.path, progress.store
+    near = horizon.HorizonOptions()
+    options = distribution.SamplingOptions()
+    folder = progress.folder.path
+    store = progress.store
     requirements = around_nominal(study.requirements, folder, surrogate, study.display)
 
     def run(runs_of: RunsOf, name: str, label: str, count: int) -> Runs:
@@ -91,10 +95,8 @@ def _sample_parts(
     made = list[xr.Dataset]()
     with runs_as_expanded(study.response, study.inputs, more_times=True, **how) as runs_of:
         for label, space in spaces.items():
-            parts, count = (
-                points.Parts.from_scatter(space, study.scatter),
-                options.count(requirements),
-            )
+            parts = points.Parts.from_scatter(space, study.scatter)
+            count = options.count(requirements)
             samples = run(runs_of, "samples of the parts", label, count)
             error = discretization_error(cases[label]) if predictable else 0.0
             how_judged = options, label, error, cases[label].labels
@@ -122,7 +124,8 @@ def checked_requirements(
     verifying : whether runs are made that judge; they decide about probabilities too.
     execution : of the runs: batch, executor, failed.
     """
-    study, folder = progress.study, progress.folder.path
+    study = progress.study
+    folder = progress.folder.path
 
     def unchecked(why: str) -> tuple[None, tuple[RequirementVerdict, ...]]:
         return None, tuple(RequirementVerdict.not_checked(each, why) for each in study.limits)

@@ -122,7 +122,8 @@ def run_study(
     """
     options = RunOptions() if options is None else options
     check_instance("options", options, RunOptions)
-    home, about = StudyFolder(Path(folder)), dict(about or {})
+    home = StudyFolder(Path(folder))
+    about = dict(about or {})
     with home.held(kept=options.record):
         claim = home.claimed(
             str(about.get("file") or ""),
@@ -140,7 +141,8 @@ def run_study(
         progress = StudyProgress(study, home, store, about, task)
         with progress.recorded(claim):
             compile_ahead(study)
-            files, verifying = ResultFiles(home), options.verifying(study)
+            files = ResultFiles(home)
+            verifying = options.verifying(study)
             surrogate, bands = write_bands(progress, files, verifying, **options.execution)
             surrogate, bands = write_verification(
                 progress,

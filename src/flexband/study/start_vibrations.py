@@ -81,7 +81,8 @@ def _compare_starts(
     `least_cycles` in the motion, and `least_share` of the error bar's mean width.
     """
     times = given["time"].values
-    step, steps = times[1] - times[0], len(times) - 1
+    step = times[1] - times[0]
+    steps = len(times) - 1
     bar = bands["error_bar"].isel({d: 0 for d in bands["error_bar"].dims if d == "choice"})
     width = bar.sel(bound="upper") - bar.sel(bound="lower")
     width = width.mean([dim for dim in width.dims if dim != "output"]).values

@@ -38,7 +38,8 @@ def write_bands(
             files.write_surrogate(surrogate)
         bands = bands_with_nominal(study, surrogate, progress.folder.path, **how)
     else:
-        surrogate, bands = None, study.run(progress=task, **how)
+        surrogate = None
+        bands = study.run(progress=task, **how)
         files.write_surrogate(None)
     files.write_bands(bands)
     return surrogate, bands

@@ -204,7 +204,8 @@ def test_multipliers_are_what_relaxing_the_limit_saves(four_bar):
 @pytest.mark.parametrize("costs", [(1.0, 1.0), (4.0, 0.5), (0.1, 9.0)])
 def test_one_linear_limit_has_a_closed_form(plane, costs):
     # the least Σ a/t with 3 t_a + 2 t_b ≤ L has t ∝ √(a/|J|)
-    a, slope = np.array(costs), np.array([3.0, 2.0])
+    a = np.array(costs)
+    slope = np.array([3.0, 2.0])
     limit = 0.6
     t = np.sqrt(a / slope) * limit / (slope @ np.sqrt(a / slope))
     found = fb.analysis.allocate(plane, fb.Limit(below=limit), dict(zip("ab", costs, strict=True)))
@@ -247,7 +248,8 @@ def test_what_runs_show_and_what_the_surrogate_infers_are_told_apart():
         return (e + np.sin(2 * x + 0.5))[:, None]
 
     inputs = {"e": fb.Interval(-1.0, 1.0), "x": fb.Normal(0.0, 1.0)}
-    surrogate, limit = fb.expand(wave, inputs, fb.PCCI(6, 1)), fb.Limit(below=2.5)
+    surrogate = fb.expand(wave, inputs, fb.PCCI(6, 1))
+    limit = fb.Limit(below=2.5)
     found = fb.analysis.allocate(surrogate, limit, {"e": 1.0}, response=wave)
     alone = fb.analysis.allocate(surrogate, limit, {"e": 1.0})
     assert found["tolerance"].item() == alone["tolerance"].item()
@@ -358,12 +360,14 @@ def test_grades_are_those_of_an_exhaustive_search(four_bar):
         for own in [np.sort(rng.uniform(1, 20, 5))[::-1]]
     }
     found = fb.analysis.allocate(four_bar, KEPT, costs, response=generator)
-    best, least = None, np.inf
+    best = None
+    least = np.inf
     for which in product(range(5), repeat=4):
         cost = sum(costs[name].costs[k] for name, k in zip(SIZES, which, strict=True))
         own = {name: sizes[k] for name, k in zip(SIZES, which, strict=True)}
         if cost < least and at_vertices(own) <= 0.8:
-            best, least = [f"G{k}" for k in which], cost
+            best = [f"G{k}" for k in which]
+            least = cost
     assert found["grade"].sel(name=list(SIZES)).values.tolist() == best
     assert found.attrs["cost"] == pytest.approx(least)
     assert found.attrs["confirmed"] == "yes"

@@ -60,7 +60,8 @@ def test_the_worst_of_the_intervals():
     found = fb.analysis.allocate(
         surrogate, fb.Limit(below=1.0), costs, probability=1e-3, response=linear
     )
-    slope, cost = np.array([-3 * ndtri(1e-3), 2.0]), np.array([1.0, 2.0])
+    slope = np.array([-3 * ndtri(1e-3), 2.0])
+    cost = np.array([1.0, 2.0])
     t = np.sqrt(cost / slope)
     t /= slope @ t
     assert found["tolerance"].values == pytest.approx(t, rel=0.02)
@@ -82,7 +83,8 @@ def test_first_passage_and_not_each_time():
 
 def test_runs_correct_the_probability():
     rough = fb.expand(bent, dict.fromkeys("ab", fb.Normal(0.0, 0.5)), fb.PCCI(1, 1))
-    limit, costs = fb.Limit(below=1.6), {"a": 1.0, "b": 1.0}
+    limit = fb.Limit(below=1.6)
+    costs = {"a": 1.0, "b": 1.0}
     alone = fb.analysis.allocate(rough, limit, costs, probability=1e-3)
     found = fb.analysis.allocate(rough, limit, costs, probability=1e-3, response=bent)
     z = np.random.default_rng(3).standard_normal((2, 400_000))
@@ -107,7 +109,8 @@ def angle():
 
 
 def test_rare_probabilities_of_an_inexact_surrogate_are_bounded(angle):
-    limit, costs = fb.Limit(below=1.0), {"a": 1.0, "b": 1.0}
+    limit = fb.Limit(below=1.0)
+    costs = {"a": 1.0, "b": 1.0}
     found = fb.analysis.allocate(angle, limit, costs, probability=2e-5)
     assert (found["probability"], found["confidence_low"]) == (0.0, 0.0)
     assert found["confidence_high"] >= 1e-4
@@ -120,7 +123,8 @@ def test_rare_probabilities_of_an_inexact_surrogate_are_bounded(angle):
 
 
 def test_the_interval_allows_for_the_error_of_the_surrogate(angle):
-    limit, costs = fb.Limit(below=0.6), {"a": 1.0, "b": 1.0}
+    limit = fb.Limit(below=0.6)
+    costs = {"a": 1.0, "b": 1.0}
     found = fb.analysis.allocate(angle, limit, costs, probability=1e-2)
     tolerances = {k: fb.Normal(0.0, float(found["tolerance"].sel(name=k))) for k in "ab"}
     same = fb.analysis.failure_probability(angle.narrowed(**tolerances), limit, accuracy=0.02)
@@ -137,7 +141,8 @@ def test_no_probability_of_a_surrogate_that_missed_its_tolerance():
 
     inputs = dict.fromkeys("ab", fb.Normal(0.0, 1.0))
     rough = fb.expand(step, inputs, fb.AdaptivePCCI(1e-4, 20))
-    limit, costs = fb.Limit(below=2.0), {"a": 1.0, "b": 1.0}
+    limit = fb.Limit(below=2.0)
+    costs = {"a": 1.0, "b": 1.0}
     names = "probability", "confidence_low", "confidence_high", "at_each_time"
     found = fb.analysis.allocate(rough, limit, costs, probability=1e-2)
     assert all(np.isnan(found[name]).all() for name in (*names, "surrogate_probability"))
@@ -182,7 +187,8 @@ def test_refused_probabilities(plane, probability, told):
 
 
 def test_what_a_probability_does_not_go_with(plane):
-    limit, inputs = fb.Limit(below=1.0), {"a": fb.Interval(-1, 1), "b": fb.Interval(-1, 1)}
+    limit = fb.Limit(below=1.0)
+    inputs = {"a": fb.Interval(-1, 1), "b": fb.Interval(-1, 1)}
     with pytest.raises(fb.errors.InputError, match="needs an input that is random"):
         fb.analysis.allocate(
             fb.expand(linear, inputs, fb.PCCI(1, 1)), limit, {"a": 1.0}, probability=0.01

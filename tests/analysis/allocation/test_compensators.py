@@ -55,7 +55,8 @@ def test_one_adjustment_is_for_the_whole_motion():
 def test_limits_share_the_adjustment():
     # c within ±1 cannot lift a + c above 0 and keep a − c above 0 at a = −1
     surrogate = fb.expand(opposed, inputs(1.0, "a"), fb.PCCI(1, 1))
-    first, second = fb.Limit(above=0.0, during=(0, 0)), fb.Limit(above=0.0, during=(1, 1))
+    first = fb.Limit(above=0.0, during=(0, 0))
+    second = fb.Limit(above=0.0, during=(1, 1))
     for limits, margin in (([first], 0.0), ([second], 0.0), ([first, second], -1.0)):
         found = fb.analysis.check_limits(surrogate, limits)
         assert found["least_margin"].min() == pytest.approx(margin, abs=1e-5)

@@ -21,7 +21,8 @@ def total(a, b):
 
 def test_confidence_intervals_hold_exact_quantiles_as_often_as_they_say():
     """Of 1000 sets of samples; and not more often, as wider ones would."""
-    parts, normal = np.array([0.05, 0.5, 0.95]), np.random.default_rng(0).normal(size=(292, 1000))
+    parts = np.array([0.05, 0.5, 0.95])
+    normal = np.random.default_rng(0).normal(size=(292, 1000))
     value, low, high = quantiles_of(normal, parts, 0.95, 0)
     exact = norm.ppf(parts)[:, None]
     held = ((low <= exact) & (exact <= high)).mean(axis=1)
@@ -152,7 +153,10 @@ def ishigami(x):
 
 def test_first_order_indices_are_those_of_ishigami_within_their_errors():
     """Ishigami and Homma: 0.3139, 0.4424, 0; of 100 sets of samples."""
-    exact, held, all_errors, all_found = np.array([0.3139, 0.4424, 0.0]), np.zeros(3), [], []
+    exact = np.array([0.3139, 0.4424, 0.0])
+    held = np.zeros(3)
+    all_errors = []
+    all_found = []
     for seed in range(100):
         x = np.random.default_rng(seed).uniform(-np.pi, np.pi, (1000, 3))
         found, errors = (v[:, 0] for v in first_order(x, ishigami(x)[:, None], 0.95))
@@ -167,7 +171,8 @@ def test_first_order_indices_are_those_of_ishigami_within_their_errors():
 def test_first_order_indices_of_a_linear_response_are_shares_of_the_variance():
     inputs = {f"x{k}": fb.Normal(0.0, k + 1.0) for k in range(3)}
     found = sample_parts(lambda x0, x1, x2: x0 + x1 + x2, inputs, samples=4000, seed=1)
-    shares, errors = found["first_order"][:, 0], found["first_order_error"][:, 0]
+    shares = found["first_order"][:, 0]
+    errors = found["first_order_error"][:, 0]
     assert (np.abs(shares - np.array([1, 4, 9]) / 14) <= errors).all()
     assert (errors < 0.05).all()
 
@@ -193,8 +198,10 @@ def test_samples_in_a_store_survive_a_kill_and_serve_larger_numbers(tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         again(64)
-    before, made[:] = sum(made), []
-    found, exact = again(48), sample_parts(total, TOLERANCES, samples=48)
+    before = sum(made)
+    made[:] = []
+    found = again(48)
+    exact = sample_parts(total, TOLERANCES, samples=48)
     assert before + sum(made) == 48
     xr.testing.assert_equal(found, exact)
 

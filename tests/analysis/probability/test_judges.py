@@ -52,7 +52,8 @@ def lever_is_longer(limit):
 
 def test_a_surrogate_without_a_judge_states_no_probability_and_runs_give_it_one():
     surrogate = fb.expand(lever, {"L": LENGTH, "t": ANGLE}, fb.PCCI())
-    limit, exact = fb.Limit(below=2.5), lever_is_longer(2.5)
+    limit = fb.Limit(below=2.5)
+    exact = lever_is_longer(2.5)
     alone = fb.analysis.failure_probability(surrogate, limit)
     assert interval_of(alone) == interval_of(alone, "between_times") == [0.0, 1.0]
     assert alone.attrs["error"] == "not judged by runs"

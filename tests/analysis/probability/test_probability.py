@@ -157,7 +157,8 @@ def test_an_end_inside_the_box():
 
 def test_each_time_has_bounds_of_its_own():
     """x + e g(t)/2 + (1 − (f − h(t))²)/2: the ends in e change sides, that in f moves."""
-    g, h = np.sin(2 * np.pi * T), 0.8 * T - 0.4
+    g = np.sin(2 * np.pi * T)
+    h = 0.8 * T - 0.4
 
     def response(e, f, x):
         hump = (1 - (f[:, None] - h) ** 2) / 2
@@ -166,9 +167,11 @@ def test_each_time_has_bounds_of_its_own():
     inputs = {"e": fb.Interval(-1, 1), "f": fb.Interval(-1, 1), "x": NORMAL}
     surrogate = fb.expand(response, inputs, fb.AdaptivePCCI())
     found = fb.analysis.failure_probability(surrogate, fb.Limit(below=3.5)).isel(limit=0)
-    slope, farthest = np.abs(g) / 2, 1 + np.abs(h)
+    slope = np.abs(g) / 2
+    farthest = 1 + np.abs(h)
     exact = norm.sf([3.5 + slope - (1 - farthest**2) / 2, 3.5 - slope - 0.5])
-    low, high = found["at_each_time_low"].values, found["at_each_time_high"].values
+    low = found["at_each_time_low"].values
+    high = found["at_each_time_high"].values
     np.testing.assert_allclose(found["at_each_time"], exact, rtol=0.25)
     assert np.mean((low < exact) & (exact < high)) > 0.85
     e, f = found["at_each_time_at"].values
@@ -206,7 +209,8 @@ def test_at_each_time_ends_are_in_order_and_no_sample_stands_alone(seed):
 
 def test_a_probability_of_few_samples_is_only_bounded():
     """One sample of weight 1 tells as much as one event of Poisson's distribution: 5.57 at most."""
-    count, ones = 8000, np.array([1.0, 10.0, 100.0])
+    count = 8000
+    ones = np.array([1.0, 10.0, 100.0])
     value, low, high = clear(ones / count, np.sqrt(ones) / count, 1.0, 0.0)
     np.testing.assert_allclose(value * count, [0.0, 10.0, 100.0])
     assert high[0] * count == pytest.approx(5.572, rel=1e-3)
@@ -360,7 +364,8 @@ def test_runs_correct_a_wrong_surrogate():
     A response that jumps by one, faster than runs tell, leaves disagreements, which are counted.
     """
     plane = fb.expand(curved, {"x": NORMAL, "y": NORMAL}, fb.PCCI(1, 1))
-    limit, exact = fb.Limit(below=4.75), beyond(4.75)
+    limit = fb.Limit(below=4.75)
+    exact = beyond(4.75)
     found = fb.analysis.failure_probability(plane, limit, response=curved)
     agrees(found, exact)
     assert float(found["surrogate_probability"][0, 0]) < 0.25 * exact
@@ -371,7 +376,8 @@ def test_runs_correct_a_wrong_surrogate():
         return constant(x + 0.5 * np.sign(np.sin(40 * x)))
 
     x = np.linspace(-8, 8, 1_000_001)
-    line, limit = fb.expand(torn, {"x": NORMAL}, fb.PCCI(1, 1)), fb.Limit(below=2.5)
+    line = fb.expand(torn, {"x": NORMAL}, fb.PCCI(1, 1))
+    limit = fb.Limit(below=2.5)
     exact = np.trapezoid(norm.pdf(x) * (torn(x)[:, 0] > 2.5), x)
     every = [
         fb.analysis.failure_probability(line, limit, response=torn, runs=32, seed=k)

@@ -19,7 +19,8 @@ def test_regions_that_levels_lead_away_from_are_found():
         second = np.where(u[:, 1] > 2.0, 0.5 - 0.1 * u[:, 1], 2.3 - u[:, 1])
         return np.minimum(first, second)
 
-    exact, rough = 1 - ndtr(4.0) * ndtr(5.0), ImportanceOptions().rough_factor
+    exact = 1 - ndtr(4.0) * ndtr(5.0)
+    rough = ImportanceOptions().rough_factor
     for seed in range(5):
         rng = np.random.default_rng(seed)
         found = rare(piecewise, 2, rng)

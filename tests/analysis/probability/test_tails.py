@@ -93,7 +93,8 @@ def test_an_exact_surrogate_states_its_tails_and_runs_must_say_so():
     def line(x):
         return 2 * x[:, None]
 
-    limit, exact = fb.Limit(below=10.0), norm.sf(5.0)
+    limit = fb.Limit(below=10.0)
+    exact = norm.sf(5.0)
     methods = fb.AdaptivePCCI(), fb.PCCI(2, 1), fb.methods.PerturbationChebyshev(1)
     for method in methods:
         surrogate = fb.verify(fb.expand(line, {"x": NORMAL}, method), line)

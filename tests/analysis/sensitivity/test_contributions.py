@@ -92,7 +92,8 @@ def test_contributions_are_those_of_studies_with_the_input_fixed(name, all_contr
     random = ORDERS.keys() - {"scale": {"scale"}, "pair": {"x", "y"}}.get(name, set())
     method = fb.PCCI({k: ORDERS[k] for k in random}, 4)
     if name == "scale":  # at the mean of the middle, moved with the mean by the p-box
-        own, fixed = own | {"s": fb.Interval(1.9, 2.1)}, {}
+        own = own | {"s": fb.Interval(1.9, 2.1)}
+        fixed = {}
 
         def narrower(s, **others):
             return of_all_kinds(scale=s, **others)

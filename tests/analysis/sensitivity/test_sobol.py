@@ -33,7 +33,8 @@ def test_ishigami():
 
     def exact(b):
         alone = 0.5 * (1 + b * np.pi**4 / 5) ** 2
-        second, both = 49 / 8, b**2 * np.pi**8 * (1 / 18 - 1 / 50)
+        second = 49 / 8
+        both = b**2 * np.pi**8 * (1 / 18 - 1 / 50)
         return np.array([alone, second, 0.0, alone + both, second, both]) / (alone + second + both)
 
     ends = np.array([exact(b) for b in (0.05, 0.1)])
@@ -62,7 +63,8 @@ def test_g_function():
     part = 0.8 / (1 + a) ** 2  # the variance of 3 (2x − 1)² is 4/5
     whole = np.prod(1 + part) - 1
     for k, name in enumerate(names):
-        first, total = part[k] / whole, part[k] * np.prod(1 + np.delete(part, k)) / whole
+        first = part[k] / whole
+        total = part[k] * np.prod(1 + np.delete(part, k)) / whole
         np.testing.assert_allclose(indices(found, name, "first_order"), first, rtol=1e-9)
         np.testing.assert_allclose(indices(found, name, "total"), total, rtol=1e-9)
     assert found["name"].values.tolist() == names
@@ -151,7 +153,8 @@ def test_phases_are_sampled():
     t = found["time"].values
     s = 1.5 * t
     angle = 150 * t + 0.1 * e
-    first, second = np.exp(-(s**2) / 2) * np.cos(angle), np.exp(-2 * s**2) * np.cos(2 * angle)
+    first = np.exp(-(s**2) / 2) * np.cos(angle)
+    second = np.exp(-2 * s**2) * np.cos(2 * angle)
     variance = 4.04 * (1 + second) / 2 - 4 * first**2
     of_x = 4 * ((1 + second) / 2 - first**2) / variance
     of_y = 0.04 * first**2 / variance

@@ -195,7 +195,8 @@ def test_constants_and_exact_polynomials_are_confirmed():
 
 def test_what_inputs_that_are_left_out_do_is_in_the_estimate():
     """They move every end of the bands by the sum of their effects, which are linear here."""
-    m, effects = 30, 0.1 / (1 + np.arange(30))
+    m = 30
+    effects = 0.1 / (1 + np.arange(30))
     inputs = {f"e{k:02d}": fb.Interval(-1.0, 1.0) for k in range(m)} | {"x": fb.Normal(0.0, 0.1)}
 
     def linear(x, **e):
@@ -271,7 +272,8 @@ def test_runs_that_are_farther_out_are_weighted_to_have_the_moments_of_samples()
 
 def test_kinks_of_random_place_and_share_are_found_and_smooth_responses_confirmed():
     """Of a sample of the benchmark, none of whose wrong claims is hidden."""
-    method, seeds = fb.methods.PhaseResolvedPCCI(1, 1), range(8)
+    method = fb.methods.PhaseResolvedPCCI(1, 1)
+    seeds = range(8)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         of_kinks, of_smooth = (

@@ -181,7 +181,8 @@ def recorded(function, results):
 
 def changed(arguments, option, value):
     """Return arguments with another value of an option."""
-    given, kept = [*map(str, arguments)], []
+    given = [*map(str, arguments)]
+    kept = []
     while given:
         own = 2 if given[0].startswith("--") else 1
         if given[0] != f"--{option}":

@@ -16,7 +16,8 @@ from tests.mechanics.models import FINE, Dense, beam, motion_of, states
 
 def shape_matrix(x, y, length):
     """Omar and Shabana's S of one element, as polynomials in x and y."""
-    xi, eta = x / length, y / length
+    xi = x / length
+    eta = y / length
     s = [
         1 - 3 * xi**2 + 2 * xi**3,
         length * (xi - 2 * xi**2 + xi**3),
@@ -46,7 +47,9 @@ def gradients(x, y, length):
 
 def energy(e, body, selective):
     """½∫ EᵀDE dV of one element by brute force, plane stress, real or complex coordinates."""
-    E, nu, width = body.youngs_modulus, body.poissons_ratio, body.width
+    E = body.youngs_modulus
+    nu = body.poissons_ratio
+    width = body.width
     D = E / (1 - nu**2) * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
     k = 10 * (1 + nu) / (12 + 11 * nu)
     D0 = np.diag([E, E, k * E / (2 * (1 + nu))])
@@ -54,12 +57,14 @@ def energy(e, body, selective):
 
     def strain(x, y):
         Sx, Sy = gradients(x, y, body.length)
-        rx, ry = Sx @ e, Sy @ e
+        rx = Sx @ e
+        ry = Sy @ e
         return np.array([(rx @ rx - 1) / 2, (ry @ ry - 1) / 2, rx @ ry])
 
     total = 0.0
     for x, y, w in quadrature(body.length, body.height):
-        s, s0 = strain(x, y), strain(x, 0.0)
+        s = strain(x, y)
+        s0 = strain(x, 0.0)
         if selective:
             total += 0.5 * w * width * (s @ D0 @ s + s0 @ Dnu @ s0)
         else:
@@ -163,7 +168,10 @@ def frequencies(integration, elements, nu):
 
 
 def test_pinned_pinned_frequency_is_euler_bernoullis():
-    E, rho, h, L = 70e9, 2700.0, 0.02, 2.0
+    E = 70e9
+    rho = 2700.0
+    h = 0.02
+    L = 2.0
     exact = np.pi**2 * np.sqrt(E * h**2 / 12 / rho) / L**2
     # Rotary inertia and shear lower the first frequency by 1.6e-4 of it at this slenderness.
     shear = 1 - 0.5 * (np.pi * h / L) ** 2 / 12 * (1 + 2 * 1.3 * 1.2)
@@ -223,7 +231,8 @@ def test_a_free_flexible_body_keeps_momentum():
         sensors={"T": fb.KineticEnergy()},
     )
     motion = fb.simulate(model, duration=0.3, step=1e-4, integrator=FINE)
-    mass, length = 2700 * 0.05 * 0.1 * 1.3, 1.3
+    mass = 2700 * 0.05 * 0.1 * 1.3
+    length = 1.3
     start_energy = (
         0.5
         * mass
@@ -249,7 +258,11 @@ def test_a_free_flexible_body_keeps_momentum():
 
 def test_kelvin_voigt_damps_a_mode_by_half_its_retardation_times_frequency():
     """A heavy mass on the axial stiffness of a light bar: logarithmic decrement."""
-    length, area, modulus, mass, tau = 1.0, 1e-4, 1e9, 50.0, 2e-4
+    length = 1.0
+    area = 1e-4
+    modulus = 1e9
+    mass = 50.0
+    tau = 2e-4
     rod = fb.Beam(
         length=length, height=0.01, width=0.01, density=10.0, youngs_modulus=modulus,
         poissons_ratio=0.0, elements=2, retardation_time=np.array([0.0, tau]),
@@ -339,7 +352,8 @@ def test_numbers_in_other_units_are_remarked(changes, text):
     steel = {"length": 0.5, "height": 0.01, "width": 0.01, "density": 7850.0}
     steel |= {"youngs_modulus": 210e9, "poissons_ratio": 0.3, "elements": 2}
     rubber = {"density": 1100.0, "youngs_modulus": 1e6}
-    blade, wire = {"length": 80.0, "height": 0.3}, {"length": 40.0}
+    blade = {"length": 80.0, "height": 0.3}
+    wire = {"length": 40.0}
     for own in ({}, rubber, blade, wire):
         with warnings.catch_warnings(action="error"):
             assemble(fb.Mechanism(bodies={"beam": fb.Beam(**(steel | own))}))

@@ -38,13 +38,15 @@ def test_forces_are_the_derivative_of_the_energy():
         )
         curve = np.stack([12 * s - 6, 6 * s - 4, 6 - 12 * s, 6 * s - 2])
         nodes = q.reshape(4, 2) * np.array([[1.0], [0.7], [1.0], [0.7]])
-        p, w = slope.T @ nodes / 0.7, curve.T @ nodes / 0.49
+        p = slope.T @ nodes / 0.7
+        w = curve.T @ nodes / 0.49
         return p, (p[:, 0] * w[:, 1] - p[:, 1] * w[:, 0]) / (p**2).sum(axis=1)
 
     def energy(q):
         p, _ = line(q, np.array([0.0, 0.5, 1.0]))
         stretch = np.polynomial.Polynomial.fit([0, 0.5, 1], np.hypot(*p.T) - 1, 2)(s)
-        at, angle = 0.5 + np.array([-1, 1]) / np.sqrt(12), np.arctan2(p[:, 1], p[:, 0])
+        at = 0.5 + np.array([-1, 1]) / np.sqrt(12)
+        angle = np.arctan2(p[:, 1], p[:, 0])
         kappa = line(q, at)[1]
         bend = (angle[2] - angle[0]) / 0.7 + np.diff(kappa) * (s - 0.5) * np.sqrt(3)
         return 0.35 * weights @ (25.0 * stretch**2 + 1.5 * bend**2)
@@ -77,8 +79,10 @@ def test_an_arc_is_free_of_stress_and_a_moment_unrolls_it():
 
 def test_a_very_thin_cantilever_does_not_lock():
     """L/h = 1000: the elastica to 1e-3 with 16 elements, where the shear-deformable beam is off."""
-    length, height = 1.0, 1e-3
-    area, second = 1e-2 * height, 1e-2 * height**3 / 12
+    length = 1.0
+    height = 1e-3
+    area = 1e-2 * height
+    second = 1e-2 * height**3 / 12
     cable = fb.Cable(
         length=length, elements=16, mass_per_length=7800 * area,
         axial_stiffness=2e11 * area, bending_stiffness=2e11 * second,

@@ -10,12 +10,15 @@ from tests.mechanics.models import STEEL, THIN, clamped, tip_compliance
 @pytest.mark.parametrize("kind", ["constant", "function"])
 def test_a_quarter_ring_against_castigliano(kind):
     """Radial force at the free end: δ/P = π/4 (R³/EI + R/EA + R/kGA) of a thin curved bar."""
-    R, h = np.array([1.0, 1.3]), 0.02
+    R = np.array([1.0, 1.3])
+    h = 0.02
     curvature = 1 / R if kind == "constant" else lambda s: np.ones_like(s) / R[:, None]
     beam = fb.Beam(
         length=np.pi / 2 * R, curvature=curvature, height=h, width=h, elements=64, **STEEL
     )
-    E, G, k = 2.1e11, 2.1e11 / 2.6, 10 * 1.3 / (12 + 11 * 0.3)
+    E = 2.1e11
+    G = 2.1e11 / 2.6
+    k = 10 * 1.3 / (12 + 11 * 0.3)
     exact = np.pi / 4 * (R**3 / (E * h**4 / 12) + R / (E * h**2) + R / (k * G * h**2))
     # the clamp is at the origin with its tangent along X, so the free end's tangent is along Y and
     # the force along X is radial there
@@ -23,7 +26,8 @@ def test_a_quarter_ring_against_castigliano(kind):
 
 
 def test_a_curved_beam_is_free_of_stress_and_a_moment_straightens_it():
-    h, curvature = 0.01, 0.8
+    h = 0.01
+    curvature = 0.8
     beam = fb.Beam(length=1.0, curvature=curvature, height=h, width=h, elements=16, **STEEL)
     rest = fb.equilibrium(clamped(beam, {}))
     exact = [np.sin(curvature) / curvature, (1 - np.cos(curvature)) / curvature, curvature]

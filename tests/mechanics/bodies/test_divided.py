@@ -6,7 +6,10 @@ import pytest
 import flexband as fb
 from tests.mechanics.models import roots, timoshenko
 
-E, NU, WIDTH, RHO = 7e10, 0.3, 0.03, 2700.0
+E = 7e10
+NU = 0.3
+WIDTH = 0.03
+RHO = 2700.0
 FORCE = 1e-3
 """Small enough that second-order effects on thin members vanish."""
 
@@ -15,7 +18,8 @@ KINDS = ["beam", "continuum", "cable"]
 
 def stiffness(height):
     """EI [N m²] and kGA [N] of the section."""
-    area, second = WIDTH * height, WIDTH * height**3 / 12
+    area = WIDTH * height
+    second = WIDTH * height**3 / 12
     k = 10 * (1 + NU) / (12 + 11 * NU)
     return E * second, k * E / (2 * (1 + NU)) * area
 
@@ -84,7 +88,8 @@ def test_the_axial_force_jumps(kind):
 
 def test_a_cantilever_propped_at_an_interior_support():
     """Timoshenko's beam, clamped at the start, on a support at a, with a force at the end."""
-    a, height = 0.6, 0.2
+    a = 0.6
+    height = 0.2
     EI, kGA = stiffness(height)
     prop = FORCE * (a**2 * (3 - a) / (6 * EI) + a / kGA) / (a**3 / (3 * EI) + a / kGA)
     joints = {"w": fb.Weld("b.start", (0.0, 0.0)), "s": fb.Slot("b.0.6", (0.0, 0.0))}
@@ -100,11 +105,13 @@ def test_a_cantilever_propped_at_an_interior_support():
 
 def test_beams_that_a_link_joins_in_their_middles():
     """The link between two simply supported beams carries what makes their deflections equal."""
-    height, b = 0.2, 0.25
+    height = 0.2
+    b = 0.25
     EI, kGA = stiffness(height)
     deflection = b * (3 - 4 * b**2) / (48 * EI) + b / (2 * kGA)  # in the middle, of a force at b
     carried = FORCE * deflection / (2 * (1 / (48 * EI) + 1 / (4 * kGA)))
-    upper, lower = member(5, height), member(3, height, start=(0.0, -0.5))
+    upper = member(5, height)
+    lower = member(3, height, start=(0.0, -0.5))
     model = fb.Mechanism(
         bodies={"b": upper, "l": lower},
         joints={
@@ -138,9 +145,11 @@ def pivoted(elements, **options):
 
 def test_modes_of_a_beam_on_a_pivot():
     """Timoshenko's beam, free at both ends, by transfer matrices of w, φ, M and the shear force."""
-    a, height = 0.4, 0.2
+    a = 0.4
+    height = 0.2
     EI, kGA = stiffness(height)
-    mass, rotary = RHO * WIDTH * height, RHO * WIDTH * height**3 / 12
+    mass = RHO * WIDTH * height
+    rotary = RHO * WIDTH * height**3 / 12
 
     def determinant(omega):
         before, behind = (timoshenko(omega, span, EI, kGA, mass, rotary) for span in (a, 1 - a))

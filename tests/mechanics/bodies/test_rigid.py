@@ -36,7 +36,8 @@ def test_points_are_where_the_axes_put_them_however_the_centre_lies():
             sensors={"p": fb.Position("b.p")},
         )
 
-    here, there = motion((0.2, -0.1), (0.0, 0.0)), motion((0.2, -0.1), (0.7, -0.4))
+    here = motion((0.2, -0.1), (0.0, 0.0))
+    there = motion((0.2, -0.1), (0.7, -0.4))
     np.testing.assert_allclose(here, there, atol=1e-9)
 
 
@@ -118,7 +119,8 @@ def test_whole_numbers_of_any_size_are_numbers():
     np.testing.assert_array_equal(body.velocities(), same.velocities())
 
 
-TWO, THREE = np.ones(2), np.ones(3)
+TWO = np.ones(2)
+THREE = np.ones(3)
 RIGID = {"mass": 1.0, "inertia": 1.0}
 BLOCK = {"length": 1.0, "height": 1.0, "width": 1.0, "density": 1.0}
 CABLE = {"mass_per_length": 1.0, "axial_stiffness": 1.0, "bending_stiffness": 1.0, "elements": 1}

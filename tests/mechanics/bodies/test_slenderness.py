@@ -8,7 +8,8 @@ from scipy.optimize import brentq
 import flexband as fb
 from tests.mechanics.models import Dense
 
-E, NU = 2.1e11, 0.3
+E = 2.1e11
+NU = 0.3
 FACTOR = 10 * (1 + NU) / (12 + 11 * NU)
 ELASTICA = {1: (0.0564332363, 0.3017207738), 10: (0.5549955978, 0.8106090249)}
 
@@ -77,7 +78,8 @@ def test_elastica_of_four_elements(slenderness, a):
 
 @pytest.mark.parametrize("cable", [False, True])
 def test_a_member_of_four_elements_rolls_up_to_a_circle(cable):
-    own, bending = beam(100), stiffness(100)
+    own = beam(100)
+    bending = stiffness(100)
     if cable:
         rope = {"mass_per_length": 1.0, "axial_stiffness": 1e8 * bending}
         own = fb.Cable(length=1.0, elements=4, bending_stiffness=bending, **rope)
@@ -101,7 +103,8 @@ def test_shear_factor_and_rotary_inertia():
 def test_rigid_motion_causes_no_forces_and_the_tangent_is_exact():
     own = beam(5, 2, curvature=lambda x: 0.5 + x, youngs_modulus=1e4, angle=0.7)
     dense = Dense(fb.Mechanism(bodies={"b": own}))
-    c, s = np.cos(2.0), np.sin(2.0)
+    c = np.cos(2.0)
+    s = np.sin(2.0)
     turned = (dense.start.reshape(-1, 2) @ np.array([[c, s], [-s, c]])).ravel()
     assert np.abs(dense.residual(turned)).max() < 1e-12 * 1e4
     q = dense.start + 0.1 * np.random.default_rng(0).standard_normal(len(dense.start))

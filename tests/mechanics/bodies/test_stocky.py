@@ -64,10 +64,12 @@ def test_stress_of_a_thick_arc_is_winklers(ratio, shape):
     radius = 0.1 * ratio
     r = radius + np.array([-0.05, 0.05])
     if shape == "rectangle":
-        section, area = {"height": 0.1, "width": 0.1}, 0.01
+        section = {"height": 0.1, "width": 0.1}
+        area = 0.01
         neutral = 0.1 / np.log(r[1] / r[0])
     else:
-        section, area = {"section": fb.sections.Circle(0.1)}, np.pi * 0.05**2
+        section = {"section": fb.sections.Circle(0.1)}
+        area = np.pi * 0.05**2
         neutral = (radius + np.sqrt(radius**2 - 0.05**2)) / 2
     exact = -(neutral - r) / (area * (radius - neutral) * r)
     np.testing.assert_allclose(arc(ratio, **section), exact, rtol=1e-5)
@@ -98,7 +100,10 @@ def test_modes_of_thickness_are_marked_and_left_out(ratio):
 
     Modes of thickness reach beyond Timoshenko's fifth bending mode.
     """
-    length, h, EI, kGA = 0.1 * ratio, 0.1, 1e9 * 0.1**4 / 12, 1e9 / 2.6 * 13 / 15.3 * 0.1**2
+    length = 0.1 * ratio
+    h = 0.1
+    EI = 1e9 * 0.1**4 / 12
+    kGA = 1e9 / 2.6 * 13 / 15.3 * 0.1**2
     beam = fb.Beam(length=length, height=h, width=h, elements=16, **RUBBER)
     model = fb.Mechanism(
         bodies={"b": beam},

@@ -10,8 +10,11 @@ from flexband.errors import StrainWarning
 from flexband.mechanics.assembly.structure import KEPT
 from flexband.mechanics.engine.straining import kept_steps
 
-LENGTH, HEIGHT, MODULUS = 0.5, 0.02, 1e7
-AREA, SECOND = HEIGHT**2, HEIGHT**4 / 12
+LENGTH = 0.5
+HEIGHT = 0.02
+MODULUS = 1e7
+AREA = HEIGHT**2
+SECOND = HEIGHT**4 / 12
 
 
 def clamped(loads, **changes):
@@ -64,7 +67,8 @@ def test_the_largest_strain_of_a_motion_is_told_with_its_time():
 
     mechanism = clamped({"F": fb.Force("b.end", x=ramp)})
     (text,) = told(lambda: fb.simulate(mechanism, duration=1.0, step=5e-3))
-    strain, time = float(text.split()[4]), float(text.split()[10])
+    strain = float(text.split()[4])
+    time = float(text.split()[10])
     assert time == pytest.approx(1.0, abs=0.05)
     assert strain == pytest.approx(30 * time, abs=1.5)
     assert told(lambda: fb.simulate(mechanism, duration=0.3, step=5e-3)) == []

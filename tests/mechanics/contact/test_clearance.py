@@ -22,7 +22,9 @@ SPEED = 2 * np.pi * 5000 / 60
 
 def worn_pin(clearance, law=None):
     """The slider–crank of Flores with clearance at the slider's pin, 5000 rpm, no gravity."""
-    r, length, rate = 0.05, 0.12, -0.05 * SPEED / 0.12
+    r = 0.05
+    length = 0.12
+    rate = -0.05 * SPEED / 0.12
     law = law or contact.LankaraniNikravesh(stiffness=6.61e10, restitution=0.9)
     rod = fb.RigidBody(
         mass=0.21, inertia=2.5e-5, position=(r + length / 2, 0.0), rate=rate,
@@ -103,7 +105,8 @@ def slider(clearance, tolerance=1e-8):
 
 def test_a_sample_with_clearance_does_not_depend_on_its_neighbours():
     clearances = np.linspace(1e-4, 3e-4, 11)
-    together, order = slider(clearances), np.random.default_rng(0).permutation(11)
+    together = slider(clearances)
+    order = np.random.default_rng(0).permutation(11)
     np.testing.assert_array_equal(slider(clearances[order]), together[order])
     for k in (0, 10):
         assert slider(clearances[k]) == together[k]
@@ -121,7 +124,9 @@ def test_the_noise_of_a_clearance_is_within_the_tolerance():
 def test_a_pin_rests_at_the_bottom_of_its_hole():
     """The depth is (mg/K)^(2/3); the mode along the contact has K_t = 1.5 K √δ, and across it the
     pin is a pendulum in the hole."""  # fmt: skip
-    m, K, c = 2.0, 1e9, 1e-2
+    m = 2.0
+    K = 1e9
+    c = 1e-2
     depth = (m * 9.81 / K) ** (2 / 3)
     model = fb.Mechanism(
         bodies={"m": fb.PointMass(mass=m, position=(0.0, -0.5 * c))},
@@ -144,7 +149,8 @@ def test_a_pin_rests_at_the_bottom_of_its_hole():
 def test_a_follower_lifts_off_at_the_speed_of_its_spring():
     """ω² = (F₀ + 2ke)/(me): the force at the top is F₀ + 2ke − meω²."""
     train = runpy.run_path(str(EXAMPLES / "valve_train.py"))
-    exact, law = train["LIFT_OFF"], contact.KeepsRestitution(stiffness=1e9, exponent=1.0)
+    exact = train["LIFT_OFF"]
+    law = contact.KeepsRestitution(stiffness=1e9, exponent=1.0)
     model = train["valve_train"](exact * np.array([0.9985, 1.0015]), law)
     turn = 2 * np.pi / exact
     motion = fb.simulate(model, duration=turn, step=turn / 20, integrator=chosen(1e-9))

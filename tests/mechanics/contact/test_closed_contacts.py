@@ -12,7 +12,9 @@ LAWS = (
     contact.LankaraniNikravesh,
     contact.Flores,
 )
-WEIGHT, FORCE, FREQUENCY = 98.1, 40.0, 5.0
+WEIGHT = 98.1
+FORCE = 40.0
+FREQUENCY = 5.0
 
 
 def damping_ratio(e):
@@ -38,7 +40,8 @@ def foot(law, height):
 
 def amplitude(motion, frequency, last):
     """The Fourier component of the only output in the last seconds of a motion."""
-    t, y = motion["time"].values, motion.values[..., -1, :]
+    t = motion["time"].values
+    y = motion.values[..., -1, :]
     inside = t > t[-1] - last + 1e-9
     turns = np.exp(-2j * np.pi * frequency * t[inside])
     return 2 * np.abs((y[..., inside] * turns).mean(axis=-1))
@@ -64,7 +67,8 @@ def test_a_foot_is_the_spring_that_it_is(law, height):
 @pytest.mark.parametrize("exponent", [1.0, 1.5])
 def test_modes_have_the_frequency_and_the_damping_of_a_closed_contact(law, exponent):
     """And a simulation that starts a little beside the rest has them too."""
-    e, K = np.array([0.3, 0.5, 0.9]), 1e5 if exponent == 1.0 else 3e6
+    e = np.array([0.3, 0.5, 0.9])
+    K = 1e5 if exponent == 1.0 else 3e6
     model = foot(
         law(stiffness=K, restitution=e, exponent=exponent), -((WEIGHT / K) ** (1 / exponent))
     )
@@ -87,7 +91,8 @@ def test_modes_have_the_frequency_and_the_damping_of_a_closed_contact(law, expon
 def test_a_bolt_takes_its_share_of_the_force(kind, e):
     """A joint of 1e8 N/m that 2000 N preload is pulled by ± 500 N: k/(k + K) of it, 83.3 N."""
     law = contact.KeepsRestitution(stiffness=1e8, restitution=e, exponent=1.0)
-    points, closed = ("flange", (0.0, 0.0)), {"closed_at_start": True}
+    points = ("flange", (0.0, 0.0))
+    closed = {"closed_at_start": True}
     joint = (
         contact.Stop(*points, law, lower=0.0, axis=(0.0, 1.0), **closed)
         if kind == "stop"
@@ -151,7 +156,9 @@ def test_a_pin_that_rests_in_its_hole_is_a_spring():
     )
     motion = fb.simulate(model, duration=0.1, step=1e-3, start="static")
     t = motion["time"].values
-    s, c, w = np.sin(40 * np.pi * t), np.cos(40 * np.pi * t), 40 * np.pi
+    s = np.sin(40 * np.pi * t)
+    c = np.cos(40 * np.pi * t)
+    w = 40 * np.pi
     force = weight + 2.0 * 1e-5 * w**2 * (6 * s * c**2 - 3 * s**3)  # m (g + acceleration)
     np.testing.assert_allclose(motion.sel(output="F"), np.tile(force, (3, 1)), atol=0.01 * weight)
 
@@ -186,7 +193,9 @@ def test_a_slow_drive_presses_a_contact_with_its_stiffness(exponent):
 @pytest.mark.parametrize("e", [0.3, 0.6, 0.9])
 def test_restitution_does_not_depend_on_the_depth(exponent, e):
     """Depths from 1e-3 to 1e-9 of the size, which the travel to the stop sets."""
-    size, mass, speed = 1.0, 1.0, 0.1
+    size = 1.0
+    mass = 1.0
+    speed = 0.1
     depths = 10.0 ** -np.arange(3.0, 10.0)
     K = 0.5 * (exponent + 1) * mass * speed**2 / depths ** (exponent + 1)
     law = contact.KeepsRestitution(stiffness=K, restitution=e, exponent=exponent)

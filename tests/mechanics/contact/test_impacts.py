@@ -91,7 +91,9 @@ def floor(law, **ball):
 
 def test_an_impact_without_damping_is_that_of_hertz():
     """The duration is 2.94328 δ/v, the depth δ = (5mv²/4K)^(2/5), the force K δ^1.5."""
-    m, K, v = 2.0, np.array([1e8, 1e10]), 1.5
+    m = 2.0
+    K = np.array([1e8, 1e10])
+    v = 1.5
     model = floor(
         contact.KeepsRestitution(stiffness=K), mass=m, position=(0.0, 0.01), velocity=(0.0, -v)
     )
@@ -108,7 +110,8 @@ def test_an_impact_without_damping_is_that_of_hertz():
 
 def test_a_ball_bounces_at_the_instants_of_its_restitution():
     """The first ten in the stiff limit, v ← e v, for each law with its own e′."""
-    g, height = 9.81, 1.0
+    g = 9.81
+    height = 1.0
     for law in LAWS:
         given = law(stiffness=1e12, restitution=np.array([0.7, 0.8]))
         model = floor(given, mass=1.0, position=(0.0, height))
@@ -143,7 +146,8 @@ def test_an_angular_stop_turns_a_bar_back(rate):
                  "c": contact.Contacts("stop", first=1, angular=True)},
     )  # fmt: skip
     motion = fb.simulate(model, duration=0.1, step=0.01, integrator=chosen(1e-10)).isel(time=-1)
-    a, b = motion.sel(output="a").values, motion.sel(output="b").values
+    a = motion.sel(output="a").values
+    b = motion.sel(output="b").values
     np.testing.assert_allclose(b - a, e * rate, rtol=1e-5)
     np.testing.assert_allclose(0.2 * a + 0.6 * b, 0.2 * rate, rtol=1e-7)
     np.testing.assert_allclose(motion.sel(output="c_t1"), 0.05, rtol=1e-6)

@@ -12,7 +12,8 @@ LAWS = {
     "lankarani": contact.LankaraniNikravesh,
     "flores": contact.Flores,
 }
-MASSES, INERTIAS = np.array([1.0, 2.5]), np.array([0.02, 0.07])
+MASSES = np.array([1.0, 2.5])
+INERTIAS = np.array([0.02, 0.07])
 
 
 def bodies(apart, closing):
@@ -87,7 +88,8 @@ def test_two_free_bodies_keep_their_momentum(touching, law, friction):
     integrator = fb.GeneralizedAlpha(step_tolerance=1e-9, spectral_radius=1.0)
     motion = fb.simulate(model, duration=0.08, step=0.004, integrator=integrator)
     assert float(motion.sel(output="hits_number")[-1]) >= 1
-    linear, spin = np.zeros((2, motion.sizes["time"])), np.zeros(motion.sizes["time"])
+    linear = np.zeros((2, motion.sizes["time"]))
+    spin = np.zeros(motion.sizes["time"])
     for b, m, J in zip("ab", MASSES, INERTIAS, strict=True):
         x, y = (motion.sel(output=f"r {b}_{axis}").values for axis in "XY")
         u, v = (motion.sel(output=f"v {b}_{axis}").values for axis in "XY")

@@ -6,7 +6,8 @@ import pytest
 import flexband as fb
 from flexband import contact
 
-ANGLE, HALF = 0.35, 0.3
+ANGLE = 0.35
+HALF = 0.3
 PLACE = HALF * np.cos(ANGLE), HALF * np.sin(ANGLE)
 WEIGHT = 610.0  # about what the pin carries [N]
 
@@ -56,7 +57,8 @@ def test_forces_between_output_times_are_those_of_a_slow_motion(friction, tolera
         lever(law, friction), duration=0.1, step=step, start="static",
         integrator=fb.GeneralizedAlpha(step_tolerance=tolerance),
     )  # fmt: skip
-    F, R = motion.sel(output="F").values, motion.sel(output="R_Y").values
+    F = motion.sel(output="F").values
+    R = motion.sel(output="R_Y").values
     end = motion.isel(time=-1)
     assert F[0] == pytest.approx(596.63, abs=0.01)
     assert np.diff(F).min() > -allowed * WEIGHT

@@ -7,7 +7,8 @@ from scipy.integrate import solve_ivp
 import flexband as fb
 from flexband import contact
 
-K, RADIUS = 1e6, 0.05
+K = 1e6
+RADIUS = 0.05
 
 
 def chosen(tolerance):
@@ -39,7 +40,8 @@ def test_an_angular_stop_reverses_the_relative_rate_after_more_than_a_turn():
     motion = fb.simulate(discs(linear(0.8), upper=9.0), duration=2.0, step=0.1,
                          integrator=chosen(1e-10))  # fmt: skip
     end = motion.isel(time=-1)
-    difference, momentum = -0.8 * 6.0, 0.1 * 5.0 - 0.3 * 1.0
+    difference = -0.8 * 6.0
+    momentum = 0.1 * 5.0 - 0.3 * 1.0
     b = (momentum - 0.1 * difference) / 0.4
     assert float(end.sel(output="c_t1")) == pytest.approx(1.5, abs=1e-6)
     assert float(end.sel(output="b")) == pytest.approx(b, abs=5e-6)
@@ -68,9 +70,11 @@ def pushed(law, place, gravity, begun):
 
     def rates(_, y):
         qx, qy = nearest(*y[:2]) if place is None else place
-        dx, dy = y[0] - qx, y[1] - qy
+        dx = y[0] - qx
+        dy = y[1] - qy
         d = np.hypot(dx, dy)
-        depth, rate = RADIUS - d, -(dx * y[2] + dy * y[3]) / d
+        depth = RADIUS - d
+        rate = -(dx * y[2] + dy * y[3]) / d
         force = max(stiffness * max(depth, 0.0) * (1 + damping * rate / begun), 0.0)
         return [y[2], y[3], force * dx / d, force * dy / d - gravity]
 
@@ -89,7 +93,8 @@ def ball(law, *, position, velocity, gravity, closed=False):
 
 def test_a_ball_rolls_off_the_end_of_a_line():
     """It rests on the table, slides over its end and around it, and falls."""
-    law, g = linear(), 9.81
+    law = linear()
+    g = 9.81
     start = (0.0, RADIUS - g / K), (0.6, 0.0)
     motion = fb.simulate(ball(law, position=start[0], velocity=start[1], gravity=g, closed=True),
                          duration=0.4, step=0.02, integrator=chosen(1e-10))  # fmt: skip
@@ -124,7 +129,8 @@ def test_a_ring_and_the_ball_in_it_have_the_motion_of_their_reduced_mass():
     """The centre moves on; the ball's place in the hole is that of a mass m₁m₂/(m₁ + m₂)."""
     inner, hole, m = 0.02, 0.05, np.array([1.0, 3.0])
     law = linear(stiffness=1e5)
-    start, velocities = (0.01, 0.0), ((0.3, 1.1), (-0.2, 0.0))
+    start = (0.01, 0.0)
+    velocities = ((0.3, 1.1), (-0.2, 0.0))
     motion = fb.simulate(
         fb.Mechanism(
             bodies={
@@ -138,7 +144,8 @@ def test_a_ring_and_the_ball_in_it_have_the_motion_of_their_reduced_mass():
         ),
         duration=0.1, step=0.01, integrator=chosen(1e-11),
     )  # fmt: skip
-    reduced, t = m[0] * m[1] / m.sum(), motion["time"].values
+    reduced = m[0] * m[1] / m.sum()
+    t = motion["time"].values
 
     def rates(_, y):
         d = np.hypot(*y[:2])

@@ -5,7 +5,10 @@ import pytest
 
 import flexband as fb
 
-PIVOTS, MIDDLE, MASS, RATE = (0.0, 0.7, 2.0), 0.8, 5.0, 4.0
+PIVOTS = (0.0, 0.7, 2.0)
+MIDDLE = 0.8
+MASS = 5.0
+RATE = 4.0
 CRANK = {"length": 1.0, "height": 0.02, "width": 0.02, "rate": RATE}
 
 

@@ -5,7 +5,10 @@ import pytest
 
 import flexband as fb
 
-CRANK, COUPLER, ROCKER, GROUND = 0.06, 0.24, 0.14, 0.25  # m
+CRANK = 0.06
+COUPLER = 0.24
+ROCKER = 0.14
+GROUND = 0.25  # m
 STEEL = {"height": 0.015, "width": 0.010, "density": 7850.0}
 ALUMINIUM = {
     "height": 0.003, "width": 0.015, "density": 2700.0, "youngs_modulus": 70e9,
@@ -18,8 +21,10 @@ pytestmark = pytest.mark.filterwarnings("ignore:assembly turned")
 
 def exact(turn):
     """Angles of the coupler and the rocker at this angle of the crank, by the law of cosines."""
-    x, y = GROUND - CRANK * np.cos(turn), -CRANK * np.sin(turn)
-    diagonal, lean = np.hypot(x, y), np.arctan2(y, x)
+    x = GROUND - CRANK * np.cos(turn)
+    y = -CRANK * np.sin(turn)
+    diagonal = np.hypot(x, y)
+    lean = np.arctan2(y, x)
     inner = np.arccos((COUPLER**2 + diagonal**2 - ROCKER**2) / (2 * COUPLER * diagonal))
     coupler = lean + inner
     joint = CRANK * np.exp(1j * turn) + COUPLER * np.exp(1j * coupler) - GROUND
@@ -47,7 +52,8 @@ def four_bar(coupler, rocker, parts=None, joints=None):
 
 
 def test_a_flexible_coupler_closes_from_rough_guesses():
-    true, rng = np.array(exact(0.5)), np.random.default_rng(0)
+    true = np.array(exact(0.5))
+    rng = np.random.default_rng(0)
     guess = true[:, None] + rng.uniform(-0.5, 0.5, (2, 200))
     motion = fb.simulate(four_bar(*guess), **AT_ONCE).isel(time=0)
     np.testing.assert_allclose(motion.sel(output="coupler"), true[0], atol=1e-10)
@@ -87,7 +93,8 @@ def test_members_beyond_a_heavy_slider_stay_unbent():
 
 def test_turns_of_gears_are_kept_where_closing_passes_half_a_turn():
     """The rocker is guessed at less than π and closes at more; rigid members close the same way."""
-    turn, radius = 2.2, 0.05
+    turn = 2.2
+    radius = 0.05
     offset = np.pi + 0.05 - exact(turn)[1]  # turns the whole mechanism
     pin = GROUND * np.cos(offset), GROUND * np.sin(offset)
     span = np.hypot(0.5 - pin[0], 0.5 - pin[1])

@@ -19,7 +19,8 @@ def run(model, duration, step, radius=0.8):
 
 def four_bar(a=1.0, mass=1.0, time=1.0):
     """A driven four-bar, its coupler of damped rubber, in units of a m, mass kg and time s."""
-    stress, density = mass / (a * time**2), 1000.0 * mass / a**3
+    stress = mass / (a * time**2)
+    density = 1000.0 * mass / a**3
     rod = {"height": 0.02 * a, "width": 0.02 * a, "density": 2 * density}
     return fb.Mechanism(
         bodies={
@@ -48,7 +49,8 @@ def four_bar(a=1.0, mass=1.0, time=1.0):
 @pytest.mark.parametrize("radius", [0.5, 0.8, 1.0])
 def test_a_flexible_closed_loop_converges_with_the_square_of_the_step(radius):
     """Against steps 8 times finer; order 2, multipliers included, at every ρ."""
-    exact, errors = run(four_bar(), 0.5, 0.5 / 16_000).values, []
+    exact = run(four_bar(), 0.5, 0.5 / 16_000).values
+    errors = []
     for steps in (500, 1000, 2000):
         found = run(four_bar(), 0.5, 0.5 / steps, radius).values
         off = (found - exact[:, :: 16_000 // steps])[:, steps // 2 :]
@@ -82,8 +84,11 @@ def test_reactions_converge_with_the_square_of_tiny_steps(tolerance):
 @given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(-1.0, 1.0))
 def test_a_closed_loop_is_the_same_in_other_units(length, mass, time):
     """Lengths, masses and times by powers of ten: no scale is built in."""
-    a, b, c = 10.0**length, 10.0**mass, 10.0**time
-    here, there = run(four_bar(), 0.1, 1e-3), run(four_bar(a, b, c), 0.1 * c, 1e-3 * c)
+    a = 10.0**length
+    b = 10.0**mass
+    c = 10.0**time
+    here = run(four_bar(), 0.1, 1e-3)
+    there = run(four_bar(a, b, c), 0.1 * c, 1e-3 * c)
     units = {"m": a, "m/s": a / c, "N": b * a / c**2, "N m": b * (a / c) ** 2}
     back = there.values / np.array([[units[u]] for u in there.unit.values])
     np.testing.assert_array_less(np.abs(back - here).max("time"), 1e-7 * np.abs(here).max("time"))
@@ -125,7 +130,8 @@ def test_a_thick_beam_converges_to_timoshenkos_and_the_plain_element_to_a_stiffe
 
 def elastic_trammel():
     """Two masses on rails at right angles, joined by a spring."""
-    a, b = fb.PointMass(mass=1.0, position=(0.3, 0)), fb.PointMass(mass=0.5, position=(0, -0.45))
+    a = fb.PointMass(mass=1.0, position=(0.3, 0))
+    b = fb.PointMass(mass=0.5, position=(0, -0.45))
     return fb.Mechanism(
         bodies={"a": a, "b": b},
         joints={"x": fb.Slot("a", (0.0, 0.0)), "y": fb.Slot("b", (0.0, 0.0), axis=(0.0, 1.0))},
@@ -139,7 +145,8 @@ def rubber_swing():
     side = {"length": 0.6, "angle": 1.0 - np.pi / 2, "elements": 3}
     rubber = {"height": 0.05, "width": 0.02, "density": 1e3, "youngs_modulus": 1e7}
     rope = {"mass_per_length": 0.8, "axial_stiffness": 4e3, "bending_stiffness": 0.5}
-    a, b = fb.Beam(poissons_ratio=0.3, **side, **rubber), fb.Cable(start=(0.8, 0), **side, **rope)
+    a = fb.Beam(poissons_ratio=0.3, **side, **rubber)
+    b = fb.Cable(start=(0.8, 0), **side, **rope)
     seat = fb.Beam(length=0.8, elements=3, start=(0.5, -0.3), poissons_ratio=0.3, **rubber)
     pins = {"a.start": (0, 0), "b.start": (0.8, 0), "seat.start": "a.end", "seat.end": "b.end"}
     return fb.Mechanism(
@@ -163,7 +170,8 @@ def test_the_undamped_integrator_keeps_energy(build, duration, step):
         stored = o["U"] + o["V"] if "U" in o else o["s_F"] ** 2 / 400 + 0.5 * 9.81 * o["b_Y"]
         return np.abs(o["T"] + stored - o["T"][0] - stored[0]) / np.ptp(o["T"])
 
-    coarse, fine = errors(step), errors(step / 2)
+    coarse = errors(step)
+    fine = errors(step / 2)
     assert coarse.max() < 4e-5
     assert coarse[3 * len(coarse) // 4 :].max() < 2.5 * coarse[: len(coarse) // 4].max()
     assert coarse.max() / fine.max() == pytest.approx(4.0, rel=0.1)
@@ -172,10 +180,15 @@ def test_the_undamped_integrator_keeps_energy(build, duration, step):
 @pytest.mark.parametrize("brace", [False, True])
 def test_a_chain_of_fourteen_loops_swings_as_one_pendulum(brace):
     """In closed form, sin θ/2 = sin θ₀/2 cd ωt; the ground carries weight and m r¨."""
-    lean, rod = 1.2, {"height": 0.02, "width": 0.02, "density": 2000.0}  # 0.8 kg/m
-    radius, pitch = np.linspace(0.5, 1.0, 10), np.linspace(0.9, 0.4, 10)
+    lean = 1.2
+    rod = {"height": 0.02, "width": 0.02, "density": 2000.0}  # 0.8 kg/m
+    radius = np.linspace(0.5, 1.0, 10)
+    pitch = np.linspace(0.9, 0.4, 10)
     place = [pitch * k * (1 + 0.02 * k) for k in range(15)]
-    x, y, bodies, joints = radius * np.sin(lean), -radius * np.cos(lean), {}, {}
+    x = radius * np.sin(lean)
+    y = -radius * np.cos(lean)
+    bodies = {}
+    joints = {}
     for k, at in enumerate(place):
         crank = {"length": radius, "angle": lean - np.pi / 2, "start": (at, 0.0)}
         bodies[f"crank{k}"] = fb.RigidBody.bar(**crank, **rod)
@@ -192,8 +205,11 @@ def test_a_chain_of_fourteen_loops_swings_as_one_pendulum(brace):
     model = {"bodies": bodies, "joints": joints, "sensors": sensors}
     motion = run(fb.Mechanism(loads={"gravity": fb.Gravity()}, **model), 1.0, 1e-3)
     assert ("joint 'brace'" in motion.attrs.get("not_unique", [])) == brace
-    radius, span, half = radius[:, None], place[14][:, None], np.sin(lean / 2)
-    cranks, couplers = 12 * radius, 0.8 * span  # masses
+    radius = radius[:, None]
+    span = place[14][:, None]
+    half = np.sin(lean / 2)
+    cranks = 12 * radius
+    couplers = 0.8 * span  # masses
     arm = (cranks / 2 + couplers) * radius
     square = 9.81 * arm / (cranks * (radius**2 / 3 + 0.02**2 / 12) + couplers * radius**2)
     _, cn, dn, _ = ellipj(np.sqrt(square) * motion.time.values, half**2)
@@ -208,7 +224,8 @@ def test_a_chain_of_fourteen_loops_swings_as_one_pendulum(brace):
 def two_members(first, second, elements=3, force=None, rigid=False):
     """A cantilever of two members of 0.4 m, of Young's moduli `first` and `second` [Pa]."""
     a = {"length": 0.4, "height": 0.02, "width": 0.02, "density": 1000.0}
-    b, material = a | {"start": (0.4, 0.0)}, {"poissons_ratio": 0.3, "elements": elements}
+    b = a | {"start": (0.4, 0.0)}
+    material = {"poissons_ratio": 0.3, "elements": elements}
     outer = fb.RigidBody.bar(**b) if rigid else fb.Beam(**b, **material, youngs_modulus=second)
     return fb.Mechanism(
         bodies={"a": fb.Beam(**a, **material, youngs_modulus=first), "b": outer},
@@ -220,8 +237,11 @@ def two_members(first, second, elements=3, force=None, rigid=False):
 
 def test_a_cantilever_of_stiff_and_soft_members_bends_as_beam_theory_says():
     """P (∫x²/EI + ∫1/kGA), where one member is 10⁴ times as stiff as the other."""
-    first, second, force = np.array([1e6, 1e10, 1e10]), np.array([1e10, 1e6, 1e10]), 1e-5
-    bending, shear = np.array([0.8**3 - 0.4**3, 0.4**3]) * 4 / 0.02**4, 0.4 * 2.6 * 15.3 / 13 / 4e-4
+    first = np.array([1e6, 1e10, 1e10])
+    second = np.array([1e10, 1e6, 1e10])
+    force = 1e-5
+    bending = np.array([0.8**3 - 0.4**3, 0.4**3]) * 4 / 0.02**4
+    shear = 0.4 * 2.6 * 15.3 / 13 / 4e-4
     exact = force * ((bending[0] + shear) / first + (bending[1] + shear) / second)
     coarse, fine = (fb.equilibrium(two_members(first, second, n, force))[:, 1] for n in (4, 8))
     np.testing.assert_allclose((4 * fine - coarse) / 3, exact, rtol=1e-6)

@@ -19,7 +19,8 @@ from tests.mechanics.models import (
     states,
 )
 
-DURATION, STEP = 0.05, 1e-3
+DURATION = 0.05
+STEP = 1e-3
 
 
 def exact_pendulum(time):
@@ -40,14 +41,16 @@ INERTIA = 0.02**2 / 12  # of the bar's height, over its mass
 
 @pytest.mark.parametrize("radius", [0.5, 0.7, 1.0])
 def test_generalized_alpha_is_of_second_order(radius):
-    time, integrator = 0.8, fb.GeneralizedAlpha(spectral_radius=radius)
+    time = 0.8
+    integrator = fb.GeneralizedAlpha(spectral_radius=radius)
     angle, rate = exact_pendulum(time)
     mass = 1500.0 * 0.02 * 0.03
     acceleration = -9.81 * 0.5 * np.cos(angle) / (1 / 3 + INERTIA)
     tangent, normal = np.array([[-np.sin(angle), np.cos(angle)], [-np.cos(angle), -np.sin(angle)]])
     # Force on the bar at the hinge: m (a − g); the multipliers are its opposite.
     force = mass * (0.5 * (acceleration * tangent + rate**2 * normal) - [0.0, -9.81])
-    exact_q, exact_v = 0.5 * np.array([np.cos(angle), np.sin(angle)]), 0.5 * rate * tangent
+    exact_q = 0.5 * np.array([np.cos(angle), np.sin(angle)])
+    exact_v = 0.5 * rate * tangent
     errors = []
     for steps in (100, 200, 400):
         q, v, multipliers = states(pendulum(), steps, time / steps, integrator)
@@ -73,7 +76,8 @@ def test_rigid_slider_crank_kinematics():
 
 def test_start_has_the_exact_rigid_velocities_and_no_stress():
     q, v, _ = states(slider_crank(angle=lambda t: 0.9 + 4 * np.pi * t), 0, 1e-3)
-    start, end = q[4:6], q[22:24]  # the crank has four coordinates
+    start = q[4:6]
+    end = q[22:24]  # the crank has four coordinates
     assert np.linalg.norm(end - start) == pytest.approx(0.45, abs=1e-12)
     np.testing.assert_allclose(start, 0.2 * np.array([np.cos(0.9), np.sin(0.9)]), atol=1e-12)
     np.testing.assert_allclose(
@@ -81,7 +85,8 @@ def test_start_has_the_exact_rigid_velocities_and_no_stress():
     )
     turn = -0.8 * np.pi * np.cos(0.9) / (end[0] - start[0])  # rate of the rigid link
     for node in range(4):
-        rx, vx = q[6 + 6 * node : 8 + 6 * node], v[6 + 6 * node : 8 + 6 * node]
+        rx = q[6 + 6 * node : 8 + 6 * node]
+        vx = v[6 + 6 * node : 8 + 6 * node]
         np.testing.assert_allclose(vx, turn * np.array([-rx[1], rx[0]]), atol=1e-7)
 
 
@@ -97,7 +102,9 @@ def test_reaction_at_the_start_of_an_accelerating_drive():
         sensors={"F": fb.Reaction("pin")},
     )
     start = fb.simulate(model, duration=0.01, step=1e-3).isel(time=0).values
-    mass, c, s = 2000.0 * 0.4 * 0.02**2, np.cos(0.7), np.sin(0.7)
+    mass = 2000.0 * 0.4 * 0.02**2
+    c = np.cos(0.7)
+    s = np.sin(0.7)
     exact = mass * 0.2 * (10.0 * np.array([-s, c]) - 9.0 * np.array([c, s]))
     np.testing.assert_allclose(start, exact, rtol=2e-7)
 
@@ -145,7 +152,8 @@ def test_newton_is_converged(radius, modulus):
         model = slider_crank(youngs_modulus=modulus)
         return fb.simulate(model, duration=0.2, step=STEP, integrator=integrator)
 
-    loose, tight = run(), run(tolerance=1e-14)
+    loose = run()
+    tight = run(tolerance=1e-14)
     scale = np.abs(tight).max("time")
     assert (np.abs(loose - tight).max("time") <= 5e-6 * scale + 1e-12).all()
 
@@ -345,7 +353,9 @@ def on_three_cranks(stiffness):
     ],
 )  # fmt: skip
 def test_no_result_keeps_the_work_space_of_a_block(build, compute, monkeypatch):
-    memory, alive, work_space = [], [], WorkSpace.from_structure
+    memory = []
+    alive = []
+    work_space = WorkSpace.from_structure
 
     def counted(structure):
         work = work_space(structure)

@@ -42,7 +42,8 @@ def test_a_force_that_jumps_at_events_gives_parabolas():
 
 def test_a_sample_does_not_depend_on_its_neighbours():
     """Each alone, with seven clones, and permuted, with steps and events of its own."""
-    forces, grid = 4.0 + 0.1 * np.arange(11), {"duration": 0.5, "step": 0.01}
+    forces = 4.0 + 0.1 * np.arange(11)
+    grid = {"duration": 0.5, "step": 0.01}
     together = fb.simulate(relay(forces), **grid).values
     order = np.random.default_rng(0).permutation(11)
     np.testing.assert_array_equal(fb.simulate(relay(forces[order]), **grid), together[order])
@@ -52,7 +53,8 @@ def test_a_sample_does_not_depend_on_its_neighbours():
         np.testing.assert_array_equal(clones, np.broadcast_to(together[k], clones.shape))
 
 
-G, STIFFNESS = 9.81, 1e7
+G = 9.81
+STIFFNESS = 1e7
 
 
 def bounces(t, x, v, p, force, mode, gap):
@@ -72,7 +74,8 @@ def ball(stiffness=STIFFNESS):
 
 def exact_bounces(times):
     """Heights [m] of the flights, NaN in contact."""
-    fall, w = np.sqrt(0.2 / G), np.sqrt(STIFFNESS)
+    fall = np.sqrt(0.2 / G)
+    w = np.sqrt(STIFFNESS)
     contact = 2 * (np.pi - np.arctan(G * fall * w / G)) / w
     since = (times + fall) % (2 * fall + contact) - fall
     return np.where(since < fall, 0.1 - 0.5 * G * since**2, np.nan)
@@ -132,7 +135,8 @@ def test_a_prescribed_motion_has_its_accelerations():
     )  # fmt: skip
     motion = fb.simulate(model, duration=0.5, step=0.025, integrator=chosen(1e-8))
     t = motion["time"].values
-    angle, rate = 30.0 * t + 5.0 * np.sin(8 * t), 30.0 + 40.0 * np.cos(8 * t)
+    angle = 30.0 * t + 5.0 * np.sin(8 * t)
+    rate = 30.0 + 40.0 * np.cos(8 * t)
     np.testing.assert_allclose(motion.sel(output="x_X"), 0.5 * np.cos(angle), atol=1e-8)
     size = np.hypot(*motion.sel(output=["R_X", "R_Y"]).values)
     exact = np.hypot(rate**2, -320.0 * np.sin(8 * t))
@@ -212,7 +216,9 @@ def test_events_without_end_fail_by_name():
 
 def test_a_series_of_impacts_has_an_end_with_a_large_smallest_step():
     """A mass rattles in a gap; its steps are 10 to 100 times the smallest one."""
-    K, v, gap = 1e8, 2.0, 1e-4
+    K = 1e8
+    v = 2.0
+    gap = 1e-4
     model = fb.Mechanism(
         bodies={"m": fb.PointMass(mass=1.0, velocity=(v, 0.0))},
         joints={"guide": fb.Slot("m", (0.0, 0.0))},
@@ -279,11 +285,13 @@ def test_a_load_that_is_not_smooth_is_refused():
 
 def test_polynomials_are_within_their_tolerance():
     """At random times in each round, whose ends are the kinks and jumps."""
-    times, tolerance = np.linspace(0.0, 1.0, 11), 1e-7
+    times = np.linspace(0.0, 1.0, 11)
+    tolerance = 1e-7
     table = fb.table([0.0, 0.234, 0.234, 0.51, 1.0], [0.0, 1.0, -1.0, 2.0, 0.0])
     functions = [table, lambda t: np.exp(-40.0 * np.asarray(t)) * np.cos(90.0 * np.asarray(t))]
     tabulated = tabulate(functions, {}, 1, times, tolerance=tolerance)
-    schedule, part = tabulated.schedule, np.random.default_rng(0).uniform(-1, 1, 50)
+    schedule = tabulated.schedule
+    part = np.random.default_rng(0).uniform(-1, 1, 50)
     powers = part[:, None] ** np.arange(tabulated.polynomials.shape[2])
     for n in np.flatnonzero(schedule.parts[:, 0] > 0)[1:]:
         low, high = schedule.limits[n - 1 : n + 1, 0]

@@ -65,7 +65,8 @@ def test_force_at_the_start_is_that_of_the_circle():
 
 def four_bar(massless):
     """A crank and a mass on two rods: without mass, or that only keep the distance."""
-    coupler, rocker = np.hypot(0.7, 0.2), np.hypot(0.1, 0.5)
+    coupler = np.hypot(0.7, 0.2)
+    rocker = np.hypot(0.1, 0.5)
     bodies = {
         "crank": rod(0.3, (0.0, 0.0), np.pi / 2, 1.0, 0.02),
         "load": fb.PointMass(mass=2.0, position=(0.7, 0.5)),
@@ -103,13 +104,12 @@ def test_massless_rods_of_a_four_bar_keep_distances_and_do_nothing_else():
 def plate(cranks, mass: ArrayLike = 0.0):
     """A plate of 3 kg on parallel cranks, massless or with one mass for each."""
     masses = np.broadcast_to(mass, cranks)
-    angle, places = 0.5, np.linspace(-0.5, 0.5, cranks).tolist()
+    angle = 0.5
+    places = np.linspace(-0.5, 0.5, cranks).tolist()
     centre = (0.4 * np.cos(angle), 0.4 * np.sin(angle))
     points = {f"p{k}": (x, 0.0) for k, x in enumerate(places)}
-    bodies, joints = (
-        {"plate": fb.RigidBody(mass=3.0, inertia=0.5, points=points, position=centre)},
-        {},
-    )
+    bodies = {"plate": fb.RigidBody(mass=3.0, inertia=0.5, points=points, position=centre)}
+    joints = {}
     for k, x in enumerate(places):
         bodies[f"c{k}"] = rod(0.4, (x, 0.0), angle, masses[k], masses[k] * 0.4**2 / 12)
         joints[f"a{k}"] = fb.Revolute(f"c{k}.start", (x, 0.0))
@@ -140,7 +140,8 @@ def test_redundant_massless_cranks_share_the_force_of_two():
 @pytest.mark.filterwarnings("ignore:.*one choice of many")
 def test_redundant_cranks_of_any_mass_carry_the_plate(seed):
     """One mass for all from 1 to 1e-12 kg and zero, and a mass of its own for each."""
-    rng, scale = np.random.default_rng(seed), [1.0, 1e-3, 1e-6, 1e-9, 1e-12, 0.0][seed]
+    rng = np.random.default_rng(seed)
+    scale = [1.0, 1e-3, 1e-6, 1e-9, 1e-12, 0.0][seed]
     for masses in ([scale] * 3, 10.0 ** rng.uniform(-12, 0, 3) * rng.choice([0.0, 1.0], 3)):
         motion = fb.simulate(plate(3, masses), duration=0.15, step=1e-3)
         x, y = ([motion.sel(output=f"b{k}_{axis}").values for k in range(3)] for axis in "XY")
@@ -156,7 +157,8 @@ def test_forces_at_the_start_beside_light_and_massless_plates():
     """A pendulum with a massless plate, and one of 1e-7 of its inertia, welded to its end."""
     ends = {"start": (-0.2, 0.0), "end": (0.2, 0.0)}
     pendulum = fb.RigidBody(mass=2.0, inertia=0.05, points=ends, position=(0.2, 0.0))
-    angles, pulls = {"p": 1.1, "r": 0.4}, {"p": (7.0, 55.0), "r": (7.0, 20.0)}
+    angles = {"p": 1.1, "r": 0.4}
+    pulls = {"p": (7.0, 55.0), "r": (7.0, 20.0)}
     mechanism = fb.Mechanism(
         bodies={
             "body": pendulum,
@@ -183,7 +185,8 @@ def test_forces_at_the_start_beside_light_and_massless_plates():
 
 def test_massless_rods_may_come_close_to_a_dead_centre():
     """A mass on a spring, and two rods that follow it; they are 1e-4 m from being straight."""
-    start, near = 0.4, 1e-4
+    start = 0.4
+    near = 1e-4
     y = start + near
     elbow = np.arccos(y)
     mechanism = fb.Mechanism(
@@ -292,7 +295,8 @@ def test_motions_that_no_mass_determines_are_refused(body, joints, message, comp
 
 def test_dead_centre_of_massless_rods_fails_with_its_reason():
     angle = 0.5
-    x, y = 0.3 * np.cos(angle), 0.3 * np.sin(angle)
+    x = 0.3 * np.cos(angle)
+    y = 0.3 * np.sin(angle)
     slope = np.arcsin(y)
     hanging = fb.Mechanism(
         bodies={

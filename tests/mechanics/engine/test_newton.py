@@ -8,7 +8,8 @@ import flexband as fb
 
 def cantilever(elements):
     """A steel cable of 2 m, clamped, under a sudden force of 3EI/L² at its end."""
-    stiffness, second = 2.07e11, 0.1**4 / 12
+    stiffness = 2.07e11
+    second = 0.1**4 / 12
     cable = fb.Cable(
         length=2.0, mass_per_length=78.0, axial_stiffness=stiffness * 0.01,
         bending_stiffness=stiffness * second, elements=elements,

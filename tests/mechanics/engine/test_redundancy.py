@@ -18,13 +18,15 @@ def test_a_third_crank_changes_inertia_only_and_is_named():
     assert {"joint 'top0'", "joint 'top1'", "joint 'top2'"} <= set(named)
     assert "not_unique" not in fb.simulate(parallelogram(2), duration=0.01, step=1e-3).attrs
     m = 2000.0 * 0.02**2
-    inertia, weight = 3 * m * (1 / 3 + 0.02**2 / 12) + 0.8, 9.81 * (3 * m / 2 + 0.8)
+    inertia = 3 * m * (1 / 3 + 0.02**2 / 12) + 0.8
+    weight = 9.81 * (3 * m / 2 + 0.8)
 
     exact = solve_ivp(
         lambda t, s: [s[1], weight * np.sin(s[0]) / inertia], (0, 1), [0.3, 0.0],
         rtol=1e-11, atol=1e-12, t_eval=motion.time.values,
     ).y[0]  # fmt: skip
-    found, dead = motion.sel(output="coupler_X"), 1300  # all bars in line soon after 0.65 s
+    found = motion.sel(output="coupler_X")
+    dead = 1300  # all bars in line soon after 0.65 s
     np.testing.assert_allclose(found[:dead], np.sin(exact)[:dead], atol=1e-6)
     # How near a step comes to the dead point, where the Jacobian loses rank, is up to rounding.
     np.testing.assert_allclose(found, np.sin(exact), atol=2e-4)
@@ -37,7 +39,8 @@ def test_reactions_of_redundant_joints_still_add_up():
     up = sum(three.sel(output=f"F{k}_Y") for k in range(3))
     start = float(up.isel(time=0))
     m = 2000.0 * 0.02**2
-    inertia, arm = 3 * m * (1 / 3 + 0.02**2 / 12) + 0.8, 3 * m / 2 + 0.8
+    inertia = 3 * m * (1 / 3 + 0.02**2 / 12) + 0.8
+    arm = 3 * m / 2 + 0.8
     spin = 9.81 * arm * np.sin(0.3) / inertia
     assert start == pytest.approx(9.81 * mass - arm * spin * np.sin(0.3), rel=1e-6)
 
@@ -85,7 +88,8 @@ def test_contradicting_drives_are_refused_when_they_part():
 def test_a_mass_between_two_rods_almost_in_line_is_held(slope):
     """The force in each rod is m g / (2 sin α)."""
     motion = fb.simulate(between_rods(slope), duration=0.02, step=1e-3)
-    force, exact = motion.sel(output="R_X"), 2.0 * 9.81 / (2 * np.tan(slope))
+    force = motion.sel(output="R_X")
+    exact = 2.0 * 9.81 / (2 * np.tan(slope))
     np.testing.assert_allclose(force, np.broadcast_to(exact, force.T.shape).T, rtol=1e-6)
     assert np.abs(motion.sel(output=["m_X", "m_Y"])).max() < 1e-9
 
@@ -142,10 +146,12 @@ def test_exactly_redundant_cranks_are_found_in_every_position(angle):
     """Five equal cranks at irregular places; their pivots are rounding errors of any size."""
     generator = np.random.default_rng(7)
     places = np.stack([np.linspace(0, 2, 5), generator.uniform(-0.5, 0.5, 5)], axis=1)
-    x, y = 1.3 * np.cos(angle), 1.3 * np.sin(angle)
+    x = 1.3 * np.cos(angle)
+    y = 1.3 * np.sin(angle)
     points = {f"p{k}": tuple(place) for k, place in enumerate(places)}
     bodies = {"plate": fb.RigidBody(mass=9.0, inertia=4.0, position=(x, y), points=points)}
-    joints, sensors = {}, {}
+    joints = {}
+    sensors = {}
     for k, (px, py) in enumerate(places):
         bodies[f"c{k}"] = fb.RigidBody.bar(
             length=1.3, start=(px, py), angle=angle, height=0.02, width=0.02, density=2000.0

@@ -31,7 +31,9 @@ def run(mechanism, periods, steps, radius=0.7):
 @pytest.mark.parametrize("radius", [0.0, 0.5, 0.7, 1.0])
 def test_lag_and_damping_of_a_free_vibration(radius):
     """(ωh)²/12 (1 + 4.5 δ²) of the angle, and the damping ratio δ³ (ωh)³/2."""
-    steps, delta, x = 200, (1 - radius) / (1 + radius), OMEGA / 200
+    steps = 200
+    delta = (1 - radius) / (1 + radius)
+    x = OMEGA / 200
     found = run(mass_on_spring(), 4, steps, radius)
     r, v = found.sel(output=["r_X", "v_X"]).values
     z = (r - 1) - 1j * v / OMEGA

@@ -90,8 +90,11 @@ def test_reactions_are_free_of_rounding_at_tiny_steps(step):
 @pytest.mark.parametrize("step", [1e-2, 1e-3, 1e-6])
 def test_a_driven_bar_has_the_rates_of_its_drive(step):
     motion = fb.simulate(bar(lambda t: np.sin(3 * t)), duration=100 * step, step=step)
-    o, t = dict(zip(motion.output.values, motion.values, strict=True)), motion.time.values
-    angle, rate, second = np.sin(3 * t), 3 * np.cos(3 * t), -9 * np.sin(3 * t)
+    o = dict(zip(motion.output.values, motion.values, strict=True))
+    t = motion.time.values
+    angle = np.sin(3 * t)
+    rate = 3 * np.cos(3 * t)
+    second = -9 * np.sin(3 * t)
     np.testing.assert_allclose(o["w"], rate, atol=1e-6)
     np.testing.assert_allclose(np.abs(o["F_X"]), np.abs(force_x(angle, rate, second)), atol=2e-5)
 
@@ -122,12 +125,15 @@ def test_a_stiff_cable_bears_a_sudden_force():
 @pytest.mark.parametrize("longer", [0.0, 1e-13, 1e-11])
 def test_a_plate_on_three_cranks_shares_its_weight(longer):
     """Statically indeterminate; the least multipliers are bounded by weight and inertia."""
-    c, s, names = np.cos(0.3), np.sin(0.3), []
+    c = np.cos(0.3)
+    s = np.sin(0.3)
+    names = []
     points = {"0": (-0.4, 0.0), "1": (0.0, 0.0), "2": (0.4, 0.0)}
     at = (0.4 + 0.2 * c, 0.2 * s)
     plate = fb.RigidBody(mass=1.0, inertia=0.05, points=points, position=at, velocity=(-s, c))
     bodies = {"plate": plate}
-    joints, sensors = {}, {"a": fb.Acceleration("plate")}
+    joints = {}
+    sensors = {"a": fb.Acceleration("plate")}
     for k in range(3):
         bodies[f"c{k}"] = fb.RigidBody.bar(
             length=0.2 + (longer if k == 2 else 0.0), height=0.02, width=0.01, density=1000.0,

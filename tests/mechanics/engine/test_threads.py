@@ -56,7 +56,8 @@ def test_ctrl_c_ends_the_process(state):
 
 
 def test_an_error_stops_the_other_blocks():
-    flags, ran = [], []
+    flags = []
+    ran = []
 
     def run(block):
         flags.append(stop_flag())

@@ -66,7 +66,8 @@ def test_a_brake_does_not_stop_a_wheel_that_a_gear_engages():
 
 def test_a_guide_that_an_impact_presses_takes_its_share():
     """A block in a slot is struck under 45°: its impulse p makes p/√2 of friction µ."""
-    mu, m = 0.3, np.array([1.0, 2.0])
+    mu = 0.3
+    m = np.array([1.0, 2.0])
     model = fb.Mechanism(
         bodies={
             "block": fb.PointMass(mass=1.0),
@@ -119,7 +120,8 @@ def test_a_drive_that_becomes_active_does_the_work_of_its_impulse():
 @pytest.mark.parametrize("mu", [0.0, 0.3])
 def test_a_drive_whose_speed_jumps_beside_friction_works_with_the_mean_speed(mu):
     """A cart in a rail at 0.3 rad that a rod draws along X at 1 m/s from 0.1 s on."""
-    c, s = np.cos(0.3), np.sin(0.3)
+    c = np.cos(0.3)
+    s = np.sin(0.3)
     model = fb.Mechanism(
         bodies={
             "cart": fb.PointMass(mass=2.0),
@@ -200,7 +202,10 @@ def test_a_motion_that_goes_on_with_a_link_at_a_slope(friction, sense):
 
     v = m v₀ (1 − µ tan φ)/(M + m (1 − µ tan φ)), and what remains of the energy.
     """
-    m, M, v0, slope = 3.0, 1.0, 2.0 * sense, 0.7
+    m = 3.0
+    M = 1.0
+    v0 = 2.0 * sense
+    slope = 0.7
     heights = 0.0, float(np.tan(slope))
 
     def wagons(**link):

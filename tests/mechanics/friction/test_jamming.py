@@ -33,7 +33,8 @@ def rod(friction, angle, inertia, speed=-1.0):
 @pytest.mark.parametrize("kappa", [0.5, 0.9, 1.1, 3.0])
 def test_a_rod_jams_from_kappa_1_on(kappa, angle):
     """With κ = µ sinθ cosθ l²/J / (1/m + l² cos²θ/J), and says so."""
-    arm, J = 0.5, 0.004
+    arm = 0.5
+    J = 0.004
     ratio = np.sin(angle) * np.cos(angle) * arm**2 / J / (1.0 + (arm * np.cos(angle)) ** 2 / J)
     model = rod(kappa / ratio, angle, J)
     if kappa < 1.0:

@@ -21,7 +21,11 @@ def arm(mu, r):
 
 def test_a_flywheel_on_a_rough_pin_spins_down():
     """The moment of friction is that of its weight at the arm of friction."""
-    mass, inertia, rate, mu, r = 10.0, 0.5, 20.0, 0.3, 0.1
+    mass = 10.0
+    inertia = 0.5
+    rate = 20.0
+    mu = 0.3
+    r = 0.1
     model = fb.Mechanism(
         bodies={"wheel": fb.RigidBody(mass=mass, inertia=inertia, rate=rate)},
         joints={"axle": fb.Revolute("wheel", (0.0, 0.0), friction=mu, radius=r)},
@@ -32,7 +36,8 @@ def test_a_flywheel_on_a_rough_pin_spins_down():
     moment = arm(mu, r) * mass * G
     stops = inertia * rate / moment
     motion = simulated(model, 1.2 * stops)
-    t, w = motion["time"].values, motion.sel(output="w").values
+    t = motion["time"].values
+    w = motion.sel(output="w").values
     np.testing.assert_allclose(w, rate * np.maximum(1 - t / stops, 0.0), rtol=0, atol=2e-5)
     assert np.abs(w[t > 1.001 * stops]).max() < 1e-13
     M = np.abs(motion.sel(output="M").values)
@@ -44,7 +49,11 @@ def test_a_flywheel_on_a_rough_pin_spins_down():
 @pytest.mark.parametrize("share", [0.999, 1.001])
 def test_a_sheave_turns_from_the_ratio_of_its_ropes_on(share):
     """T₁/T₂ = (R + r_f)/(R − r_f) for parallel ropes, whose pin bears T₁ + T₂."""
-    R, r, mu, second, inertia = 0.2, 0.04, 0.4, 100.0, 0.1
+    R = 0.2
+    r = 0.04
+    mu = 0.4
+    second = 100.0
+    inertia = 0.1
     ratio = (R + arm(mu, r)) / (R - arm(mu, r))
     first = share * ratio * second
     model = fb.Mechanism(
@@ -65,7 +74,10 @@ def test_a_sheave_turns_from_the_ratio_of_its_ropes_on(share):
 @pytest.mark.parametrize("share", [0.99, 1.01])
 def test_a_bracket_on_a_post_jams_from_its_arm_on(share):
     """A load at an arm a from a thin post: 2 µ F a/ℓ holds F where a ≥ ℓ/(2 µ)."""
-    mu, length, force, mass = 0.25, 0.2, 50.0, 1.0
+    mu = 0.25
+    length = 0.2
+    force = 50.0
+    mass = 1.0
     place = share * length / (2 * mu)
     model = fb.Mechanism(
         bodies={"bracket": fb.RigidBody(
@@ -100,7 +112,10 @@ def test_a_slot_rubs_by_its_one_reaction():
 
 def test_friction_of_a_force_that_grows_is_that_of_each_instant():
     """A block pulled along a slot by P and pressed by N + c t: x = P t²/2 − µ (N t²/2 + c t³/6)."""
-    pull, normal, grows, mu = 20.0, 10.0, 200.0, 0.3
+    pull = 20.0
+    normal = 10.0
+    grows = 200.0
+    mu = 0.3
     model = fb.Mechanism(
         bodies={"m": fb.RigidBody(mass=1.0, inertia=0.01)},
         joints={"slot": fb.Slot("m", (0.0, 0.0), friction=mu)},
@@ -115,7 +130,10 @@ def test_friction_of_a_force_that_grows_is_that_of_each_instant():
 
 def test_a_crank_passes_the_dead_centres_of_a_rough_slider():
     """The slider's speed is zero there, but a crank that turns cannot stop it."""
-    r, length, rate, inertia = 0.1, 0.3, 20.0, 0.05
+    r = 0.1
+    length = 0.3
+    rate = 20.0
+    inertia = 0.05
     reach = float(np.sqrt(length**2 - r**2))
     model = fb.Mechanism(
         bodies={
@@ -145,8 +163,12 @@ def test_a_crank_passes_the_dead_centres_of_a_rough_slider():
 @pytest.mark.parametrize("ratio", [0.5, 0.9, 0.99, 1.01])
 def test_a_rod_whose_end_slides_has_the_reaction_of_its_equations_until_it_jams(ratio, sense):
     """N (1 − κ) = N₀ with κ = µ sc/(s² + J/mℓ²); for |κ| > 1 there are two solutions or none."""
-    m, length, inertia, angle = 2.0, 0.5, 0.02, 0.4
-    s, c = np.sin(angle), np.cos(angle)
+    m = 2.0
+    length = 0.5
+    inertia = 0.02
+    angle = 0.4
+    s = np.sin(angle)
+    c = np.cos(angle)
     per_mu = s * c / (s * s + inertia / (m * length**2))
     rod = fb.RigidBody(
         mass=m, inertia=inertia, angle=angle, position=(-length * s, length * c),

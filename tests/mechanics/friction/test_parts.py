@@ -33,7 +33,9 @@ def disc(speed, *, radius=0.1, friction=0.2, **others):
 @pytest.mark.parametrize(("inside", "sign"), [(True, 1.0), (False, -1.0)])
 def test_a_disc_rolls_in_a_bowl_and_from_a_ball(inside, sign):
     """With the distance c of the centres, 1.5 c φ̈ = ∓g sin φ."""
-    radius, other, start = 0.1, 1.0, 0.3
+    radius = 0.1
+    other = 1.0
+    start = 0.3
     distance = other - radius if inside else other + radius
     kind = fb.contact.CircleInCircle if inside else fb.contact.CircleOnCircle
     place = distance * np.sin(start), -sign * distance * np.cos(start)
@@ -55,7 +57,8 @@ def test_a_disc_rolls_in_a_bowl_and_from_a_ball(inside, sign):
 
 def test_a_pin_with_play_slows_down_as_one_without():
     """A flywheel on a pin in a hole loses r sin(arctan µ) m g in both models."""
-    moment, speeds = 0.01 * np.sin(np.arctan(0.1)) * 2.0 * g, []
+    moment = 0.01 * np.sin(np.arctan(0.1)) * 2.0 * g
+    speeds = []
     for pin in (
         {"radius": 0.01},
         {"radius": 0.01, "clearance": 1e-4, "law": RUBBER},
@@ -122,7 +125,8 @@ def test_a_freewheel_lets_go_and_holds():
 
 def test_bristles_bend_until_they_slide():
     """Pulled with the speed u from z = 0, z = g/σ₀ (1 − exp(−σ₀ u t/g)); the line turns."""
-    u, numbers = 0.02, {"stiffness": 1e4, "damping": 30.0, "viscous": 5.0, "stribeck_speed": 0.05}
+    u = 0.02
+    numbers = {"stiffness": 1e4, "damping": 30.0, "viscous": 5.0, "stribeck_speed": 0.05}
     guide = {"angle": 0.7, "points": {"end": (0.3, 0.0)}}
     mechanism = fb.Mechanism(
         bodies={

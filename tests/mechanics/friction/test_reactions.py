@@ -8,7 +8,9 @@ import pytest
 import flexband as fb
 from flexband.contact import CircleInCircle, CircleOnCircle, Contact, KeepsRestitution
 
-G, M, J = 9.81, 2.0, 0.02
+G = 9.81
+M = 2.0
+J = 0.02
 LAW = KeepsRestitution(stiffness=1e6, exponent=1.0)
 
 
@@ -62,7 +64,8 @@ def motion_of(make):
 @pytest.mark.parametrize("model", [pin, slider])
 def test_the_reaction_of_a_joint_with_clearance_and_friction_changes_the_momentum(model):
     motion = motion_of(model)
-    time, values = motion["time"].values, outputs(motion)
+    time = motion["time"].values
+    values = outputs(motion)
     change = {"X": M * values["v_X"], "Y": M * (values["v_Y"] + G * time)}
     for axis, momentum in change.items():
         assert np.ptp(momentum) > 0.1

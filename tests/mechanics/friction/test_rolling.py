@@ -6,7 +6,9 @@ import pytest
 import flexband as fb
 from flexband.contact import CircleOnLine, Contact, FrictionForce, KeepsRestitution
 
-G, RADIUS, STIFFNESS = 9.81, 0.1, 1e6
+G = 9.81
+RADIUS = 0.1
+STIFFNESS = 1e6
 
 
 def disc(mu, share, *, velocity, rate=0.0, angle=0.0):
@@ -39,7 +41,8 @@ def disc(mu, share, *, velocity, rate=0.0, angle=0.0):
 @pytest.mark.parametrize(("share", "factor"), [(0.4, 2 / 7), (0.5, 1 / 3)])
 def test_a_ball_and_a_disc_roll_when_friction_has_stopped_their_sliding(share, factor):
     """From t = 2 v₀/(7 µ g) and v₀/(3 µ g) on, with 5/7 and 2/3 of the speed."""
-    mu, speed = 0.2, 1.0
+    mu = 0.2
+    speed = 1.0
     rolls = factor * speed / (mu * G)
     motion, t, v, w = disc(mu, share, velocity=speed)(1.5 * rolls, 30)
     exact = np.maximum(speed - mu * G * t, speed * (1 - factor))
@@ -70,7 +73,10 @@ def test_a_slope_that_is_too_steep_lets_what_rolls_slide(share):
 
 def test_a_disc_with_backspin_comes_back():
     """It rolls at (v₀ − s r ω₀)/(1 + s), where s m r² is its inertia."""
-    share, mu, speed, spin = 0.5, 0.3, 0.5, 20.0
+    share = 0.5
+    mu = 0.3
+    speed = 0.5
+    spin = 20.0
     rolls = (speed - share * RADIUS * spin) / (1 + share)
     _, _, v, _ = disc(mu, share, velocity=speed, rate=spin)(0.8)
     assert v[-1] == pytest.approx(rolls, abs=1e-6)

@@ -22,7 +22,8 @@ def belt(speed, height=0.0):
 
 def hoffmann(mu, **start):
     """A mass of 1 kg on a belt, on springs at 150° and 30°, which has its rest at the origin."""
-    stiffness, depth = 11.0, 0.1
+    stiffness = 11.0
+    depth = 0.1
     bodies, joints = belt(-2.0, depth)
     ends = [(np.cos(a), np.sin(a)) for a in np.deg2rad([150.0, 30.0])]
     touch = KeepsRestitution(stiffness=stiffness, exponent=1.0)
@@ -40,7 +41,10 @@ def hoffmann(mu, **start):
     )
 
 
-K11, K12, K22, K3 = 23.25, 9.0 * np.sqrt(3.0) / 4.0, 18.75, 11.0
+K11 = 23.25
+K12 = 9.0 * np.sqrt(3.0) / 4.0
+K22 = 18.75
+K3 = 11.0
 CRITICAL = (K12 + (K11 - K22) ** 2 / (4 * K12)) / K3
 
 
@@ -70,7 +74,8 @@ def test_two_modes_meet_at_the_critical_coefficient_of_hoffmanns_model():
 
 def growth(motion, output, count):
     """Return s of `count` exponentials in an equidistant series, by Prony's method."""
-    x, step = motion.sel(output=output).values, float(motion["time"][1])
+    x = motion.sel(output=output).values
+    step = float(motion["time"][1])
     rows = np.lib.stride_tricks.sliding_window_view(x, count + 1)
     recurrence = np.linalg.lstsq(rows[:, :-1], rows[:, -1], rcond=None)[0]
     return np.log(np.roots([1.0, *-recurrence[::-1]]).astype(complex)) / step
@@ -100,7 +105,9 @@ def on_belt(law, mass, speed=0.2):
 
 def test_a_falling_curve_of_friction_gives_negative_damping():
     """m s² + (µ′(v) m g + c) s + k = 0 with µ = 0.2 + 0.3 exp(−(v/0.3)²)."""
-    m, c, slope = 2.0, 0.4, -0.3 * 2 * 0.2 / 0.3**2 * np.exp(-((0.2 / 0.3) ** 2))
+    m = 2.0
+    c = 0.4
+    slope = -0.3 * 2 * 0.2 / 0.3**2 * np.exp(-((0.2 / 0.3) ** 2))
     law = Coulomb(kinetic=0.2, static=0.5, stribeck_speed=0.3, viscous=c)
     modes = fb.modes(on_belt(law, m), 3, about="sliding")
     exact = np.roots([m, slope * m * G + c, 100.0])
@@ -111,7 +118,10 @@ def test_a_falling_curve_of_friction_gives_negative_damping():
 
 def test_bristles_on_a_belt_have_the_roots_of_their_three_equations():
     """m ẍ = −k x + σ δw, δẇ = −(u g′/g) ẋ − (σ u/g) δw with g = F_c + (F_s − F_c) exp(−(u/v)²)."""
-    m, k, u, bristles = 2.0, 100.0, 0.2, 1e4
+    m = 2.0
+    k = 100.0
+    u = 0.2
+    bristles = 1e4
     bodies, joints = belt(u)
     model = fb.Mechanism(
         bodies=bodies | {"block": fb.PointMass(mass=m)},
@@ -124,14 +134,19 @@ def test_bristles_on_a_belt_have_the_roots_of_their_three_equations():
         },
     )
     rise = 6.0 * np.exp(-((u / 0.3) ** 2))
-    g, slope = 4.0 + rise, -2 * u / 0.3**2 * rise
+    g = 4.0 + rise
+    slope = -2 * u / 0.3**2 * rise
     A = [[0, 1, 0], [-k / m, 0, bristles / m], [0, -u * slope / g, -bristles * u / g]]
     exact = np.linalg.eigvals(A)
     s = fb.modes(model, 3, about="sliding")["eigenvalue"]
     np.testing.assert_allclose(in_order(s), in_order(exact[exact.imag >= 0]), rtol=1e-5)
 
 
-M, J, LENGTH, SPRING, TORSION = 2.0, 0.3, 0.5, 400.0, 60.0
+M = 2.0
+J = 0.3
+LENGTH = 0.5
+SPRING = 400.0
+TORSION = 60.0
 
 
 def leaning(mu, inertia=J, carried=0.0, speed=-1.0):
@@ -140,7 +155,8 @@ def leaning(mu, inertia=J, carried=0.0, speed=-1.0):
     A part of its mass and inertia is that of a body on a rough pin at its centre.
     """
     bodies, joints = belt(speed)
-    centre, tip = (0.0, LENGTH), {"tip": (0.0, -LENGTH)}
+    centre = (0.0, LENGTH)
+    tip = {"tip": (0.0, -LENGTH)}
     bodies["rod"] = fb.RigidBody(
         mass=M * (1 - carried), inertia=inertia * (1 - carried), position=centre, points=tip
     )
@@ -163,8 +179,10 @@ def leaning(mu, inertia=J, carried=0.0, speed=-1.0):
 def rod_accelerations(state, mu):
     """ẍ of the tip and θ̈ of the rod, from its three equations of motion; they hold for N > 0."""
     x, angle, _, rate = state
-    s, c = np.sin(angle), np.cos(angle)
-    dx, dy = x - LENGTH * s + 1.0, LENGTH * c - LENGTH
+    s = np.sin(angle)
+    c = np.cos(angle)
+    dx = x - LENGTH * s + 1.0
+    dy = LENGTH * c - LENGTH
     long = np.sqrt(dx * dx + dy * dy)
     pull = -SPRING * (long - 1.0) / long
     # unknowns: ẍ, θ̈ and N; the belt moves backwards, so its friction is −µN
@@ -203,7 +221,11 @@ def test_what_sticks_moves_along_and_changes_the_reactions_that_friction_follows
 
 def test_a_string_of_drill_pipes_in_steady_rotation():
     """J s² + r² F µ′ s + k = 0: what rotates as a whole slides on the ground."""
-    rate, radius, force, stiffness, inertia = 4.0, 0.1, 500.0, 30.0, 2.0
+    rate = 4.0
+    radius = 0.1
+    force = 500.0
+    stiffness = 30.0
+    inertia = 2.0
     law = Coulomb(kinetic=0.2, static=0.5, stribeck_speed=0.3)
     model = fb.Mechanism(
         bodies={name: fb.RigidBody(mass=1.0, inertia=inertia) for name in ("motor", "bit")},

@@ -32,7 +32,11 @@ def block(friction, *, angle=0.0, loads=None, **body):
 
 def test_a_block_on_a_belt_has_the_cycle_of_its_coefficients():
     """T_stick = 2 (x_s − x_k)/v₀ and ω T_slip = 2π − 2 arctan((x_s − x_k) ω/v₀)."""
-    m, k, v0, static, kinetic = 1.0, 100.0, 0.2, 0.4, 0.2
+    m = 1.0
+    k = 100.0
+    v0 = 0.2
+    static = 0.4
+    kinetic = 0.2
     law = Coulomb(kinetic=kinetic, static=static)
     belt = fb.Mechanism(
         bodies={
@@ -47,9 +51,13 @@ def test_a_block_on_a_belt_has_the_cycle_of_its_coefficients():
         loads={"g": fb.Gravity(), "spring": fb.Spring("block", (-1.0, 0.0), k, 1.0)},
         sensors={"x": fb.Position("block"), "u": FrictionForce("face")},
     )
-    rate, wide, far = np.sqrt(k / m), (static - kinetic) * m * G / k, static * m * G / k
-    stick, slip = 2 * wide / v0, (2 * np.pi - 2 * np.arctan(wide * rate / v0)) / rate
-    begin, low = far / v0, far - 2 * wide
+    rate = np.sqrt(k / m)
+    wide = (static - kinetic) * m * G / k
+    far = static * m * G / k
+    stick = 2 * wide / v0
+    slip = (2 * np.pi - 2 * np.arctan(wide * rate / v0)) / rate
+    begin = far / v0
+    low = far - 2 * wide
     cycle = stick + slip
     motion = simulated(belt, begin + 3 * cycle, 240, tolerance=1e-11)
     t, x, u = motion["time"].values, values(motion, "x_X"), values(motion, "u_speed")
@@ -77,9 +85,12 @@ def test_an_incline_holds_below_its_angle_of_friction(share):
 @pytest.mark.parametrize("speed", [0.0, -0.5])
 def test_an_incline_above_its_angle_of_friction_lets_go(speed):
     """A block that is thrown uphill comes back."""
-    angle, mu = 0.5, 0.3
-    up, down = G * (np.sin(angle) + mu * np.cos(angle)), G * (np.sin(angle) - mu * np.cos(angle))
-    turn, height = -speed / up, 0.5 * speed**2 / up
+    angle = 0.5
+    mu = 0.3
+    up = G * (np.sin(angle) + mu * np.cos(angle))
+    down = G * (np.sin(angle) - mu * np.cos(angle))
+    turn = -speed / up
+    height = 0.5 * speed**2 / up
     velocity = speed * np.cos(angle), speed * np.sin(angle)
     # the axis points downhill, so that the travel grows with gravity
     motion = simulated(block(mu, angle=angle + np.pi, velocity=tuple(-np.array(velocity))), 0.5)
@@ -120,7 +131,8 @@ def test_what_sticks_does_not_creep():
 
 
 def pendulum(moment, angle, rate=0.0):
-    m, length = 1.0, 0.5
+    m = 1.0
+    length = 0.5
     return fb.Mechanism(
         bodies={"rod": fb.RigidBody(
             mass=m, inertia=0.02, angle=angle, rate=rate, points={"pin": (0.0, length)},
@@ -140,7 +152,9 @@ def pendulum(moment, angle, rate=0.0):
 
 def test_a_pendulum_with_a_brake_loses_the_work_of_its_friction_in_each_half_swing():
     """m g L (cos θ₂ − cos θ₁) = M (θ₁ + θ₂), and it stays where m g L |sin θ| ≤ M."""
-    M, weight, first = 0.3, 1.0 * G * 0.5, 1.0
+    M = 0.3
+    weight = 1.0 * G * 0.5
+    first = 1.0
     motion = simulated(pendulum(M, first), 9.0, 90)
     second = np.arcsin(-values(motion, "least_X")[-1] / 0.5)
     assert weight * (np.cos(second) - np.cos(first)) == pytest.approx(
@@ -166,7 +180,10 @@ def test_a_brake_holds_a_pendulum_that_it_can_hold():
 
 def test_a_brake_follows_the_force_in_time():
     """It holds until F(t) has fallen to what the moment of a weight needs."""
-    inertia, moment, mu, r = 0.2, 1.0, 0.5, 0.1
+    inertia = 0.2
+    moment = 1.0
+    mu = 0.5
+    r = 0.1
     wheel = fb.Mechanism(
         bodies={"wheel": fb.RigidBody(mass=1.0, inertia=inertia)},
         joints={"axle": fb.Revolute("wheel", (0.0, 0.0))},
@@ -175,7 +192,8 @@ def test_a_brake_follows_the_force_in_time():
             force=lambda t: 30.0 - 20.0 * np.asarray(t))},
         sensors={"angle": fb.Angle("wheel")},
     )  # fmt: skip
-    begin, fall = 0.5, mu * r * 20.0  # slides from t = 0.5 on; the moment falls by 1 N m/s
+    begin = 0.5
+    fall = mu * r * 20.0  # slides from t = 0.5 on; the moment falls by 1 N m/s
     motion = simulated(wheel, 1.0)
     t = motion["time"].values
     exact = fall * np.maximum(t - begin, 0.0) ** 3 / (6 * inertia)
@@ -185,11 +203,15 @@ def test_a_brake_follows_the_force_in_time():
 @pytest.mark.parametrize("share", [0.95, 1.05])
 def test_a_wedge_with_two_rough_faces_slides_out_above_twice_the_angle_of_friction(share):
     """Two plates press a light wedge of angle α; it stays if α < 2 arctan µ."""
-    mu, mass, press = 0.2, 1e-3, 100.0
+    mu = 0.2
+    mass = 1e-3
+    press = 100.0
     alpha = share * 2 * float(np.arctan(mu))
     half = alpha / 2
     # faces at ±half to the X axis; two plates guided along Y are pressed together
-    bodies, joints, loads = {"wedge": fb.RigidBody(mass=mass, inertia=1e-6)}, {}, {}
+    bodies = {"wedge": fb.RigidBody(mass=mass, inertia=1e-6)}
+    joints = {}
+    loads = {}
     for side in (1, -1):
         name = f"plate {side}"
         bodies[name] = fb.RigidBody(mass=1e-3, inertia=1e-6, angle=-side * half)

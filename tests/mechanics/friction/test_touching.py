@@ -140,7 +140,8 @@ def test_a_box_starts_to_slide_where_both_corners_let_go():
         model, loads={**model.loads, "push": fb.Force("box", x=lambda t: 10.0 * t)}
     )
     motion = fb.simulate(model, duration=0.6, step=0.02)
-    x, t = motion.sel(output="p_X").values, motion["time"].values
+    x = motion.sel(output="p_X").values
+    t = motion["time"].values
     slid = np.maximum(10.0 * t - 0.3 * 9.81, 0.0) ** 3 / 600.0
     start = x[int(np.argmax(t > 0.25))]
     np.testing.assert_allclose(x - start, slid, rtol=0, atol=2e-6 + 1e-3 * slid.max())

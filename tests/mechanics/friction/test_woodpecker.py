@@ -12,13 +12,16 @@ import flexband as fb
 from flexband.contact import CircleOnLine, Contact, Contacts, KeepsRestitution
 
 SMALL = 0.02
-SLEEVE, BIRD = (3e-4, 5e-9 / SMALL**2), (4.5e-3, 7e-7 / SMALL**2)  # kg, kg m²
+SLEEVE = (3e-4, 5e-9 / SMALL**2)
+BIRD = (4.5e-3, 7e-7 / SMALL**2)  # kg, kg m²
 SPRING = 0.0056 / SMALL**2  # N m/rad
 RADIUS, HEIGHT, TO_SPRING, TO_BIRD, BEAK_UP, BEAK_BACK = (
     np.array([3.1e-3, 5.8e-3, 10e-3, 15e-3, 20e-3, 20.1e-3]) / SMALL
 )
-PLAY, BEAK_PLAY = 0.6e-3, 2.4e-3  # m: of the sleeve on the pole, of the beak to it
-TILT, G = SMALL * 0.6 / 5.8, 9.81  # rad: at which the sleeve touches the pole
+PLAY = 0.6e-3
+BEAK_PLAY = 2.4e-3  # m: of the sleeve on the pole, of the beak to it
+TILT = SMALL * 0.6 / 5.8
+G = 9.81  # rad: at which the sleeve touches the pole
 
 
 def toy(friction, *, bird, fall=0.0, turn=0.0, stiffness=1e5):

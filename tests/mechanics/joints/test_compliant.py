@@ -21,7 +21,9 @@ def mass_of(body):
 
 def test_two_masses_on_a_rod_that_gives():
     """ω² = k (1/m₁ + 1/m₂), and the damping ratio is ω τ/2."""
-    a, b, k = fb.PointMass(mass=2.0), fb.PointMass(mass=3.0, position=(0.5, 0.0)), 4e4
+    a = fb.PointMass(mass=2.0)
+    b = fb.PointMass(mass=3.0, position=(0.5, 0.0))
+    k = 4e4
     rod = fb.Compliant(fb.Distance("a", "b", 0.5), stiffness=k, damping=1e-4)
     rails = {name: fb.Slot(name, (0.0, 0.0)) for name in "ab"}
     train = fb.Mechanism(bodies={"a": a, "b": b}, joints={**rails, "rod": rod})
@@ -34,8 +36,10 @@ def test_two_masses_on_a_rod_that_gives():
 
 def test_a_jeffcott_rotor_in_anisotropic_bearings():
     """Whirls at √(k_x/m) and √(k_y/m); its unbalance e moves it by e Ω²/(k/m − Ω²)."""
-    speed, e = 200.0, 1e-4
-    k, mass = (2e6, 1e6), mass_of(disc())
+    speed = 200.0
+    e = 1e-4
+    k = (2e6, 1e6)
+    mass = mass_of(disc())
     bearing = fb.Compliant(fb.Revolute("rotor.shaft", (0.0, 0.0)), stiffness=k)
 
     def shaft(**motion):
@@ -70,7 +74,8 @@ def test_a_jeffcott_rotor_in_anisotropic_bearings():
 
 
 def turned(angle, v):
-    c, s = np.cos(angle), np.sin(angle)
+    c = np.cos(angle)
+    s = np.sin(angle)
     return np.array([c * v[0] - s * v[1], s * v[0] + c * v[1]])
 
 
@@ -132,7 +137,8 @@ def drawn(seed, kinds=KINDS):
 
 def accelerations(q, v, masses, joints, start):
     """Return those of the free bodies, from −(k s + d ṡ) ∂s/∂q by complex steps."""
-    force, n = np.zeros(9), range(9)
+    force = np.zeros(9)
+    n = range(9)
     for kind, first, second, numbers, k, tilt, tau in joints:
         relaxed = elongations(kind, start, first, second, numbers)
         moved = [
@@ -188,7 +194,8 @@ def test_random_mechanisms_move_as_free_bodies_with_springs(seed):
         return [*state[9:], *accelerations(state[:9], state[9:], masses, joints, q)]
 
     exact = solve_ivp(rates, (0.0, 0.2), [*q, *v], method="DOP853", rtol=1e-11, atol=1e-12)
-    mechanism, steps = mechanism_of(q, v, masses, joints), (5e-4, 2.5e-4)
+    mechanism = mechanism_of(q, v, masses, joints)
+    steps = (5e-4, 2.5e-4)
     rough, fine = (fb.simulate(mechanism, duration=0.2, step=h).values[:, -1] for h in steps)
     errors = [np.abs(x - exact.y[:9, -1]).max() for x in (rough, fine, (4 * fine - rough) / 3)]
     assert errors[1] < 1e-4
@@ -202,7 +209,8 @@ def linear_springs(t, x, v, p, force):
     Each has the numbers a, b, c, s₀, stiffness and damping.
     """
     for n in range(0, len(p), 6):
-        s, rate = -p[n + 3], 0.0
+        s = -p[n + 3]
+        rate = 0.0
         for i in range(3):
             s += p[n + i] * x[2, i]
             rate += p[n + i] * v[2, i]
@@ -360,7 +368,8 @@ def test_a_guide_with_two_carriages_shares_its_load_as_springs_do():
         loads={"gravity": fb.Gravity()},
         sensors={name: fb.Reaction(name) for name in places},
     )
-    x, k = np.array(list(places.values())), np.array(list(stiffness.values()))
+    x = np.array(list(places.values()))
+    k = np.array(list(stiffness.values()))
     matrix = np.array([[k.sum(), k @ x], [k @ x, k @ x**2]])  # of the sink and the turn
     sink, turn = np.linalg.solve(matrix, [2.0 * 9.81, 0.0])
     held = fb.equilibrium(guide)
@@ -374,7 +383,11 @@ def test_a_motor_and_gears_that_give():
     def wheel(radius, x):
         return fb.RigidBody.disc(radius=radius, width=0.01, density=STEEL, position=(x, 0.0))
 
-    r1, r2, moment, teeth, motor = 0.2, 0.1, 3.0, 1e5, 40.0
+    r1 = 0.2
+    r2 = 0.1
+    moment = 3.0
+    teeth = 1e5
+    motor = 40.0
     train = fb.Mechanism(
         bodies={"wheel": wheel(r1, 0.0), "pinion": wheel(r2, 0.3)},
         joints={

@@ -6,7 +6,9 @@ import pytest
 import flexband as fb
 from tests.mechanics.models import motion_of
 
-LENGTHS, MASSES, INERTIAS = (0.5, 0.4, 0.3), (3.0, 2.0, 1.0), (0.08, 0.04, 0.01)
+LENGTHS = (0.5, 0.4, 0.3)
+MASSES = (3.0, 2.0, 1.0)
+INERTIAS = (0.08, 0.04, 0.01)
 GRAVITY = 9.81
 
 
@@ -19,7 +21,9 @@ def turns(k):
 
 def arm(drives):
     """Return three links in a chain, each with a motor on the one before."""
-    bodies, joints, sensors = {}, {}, {"hand": fb.Position("link2.end"), "turn": fb.Angle("link2")}
+    bodies = {}
+    joints = {}
+    sensors = {"hand": fb.Position("link2.end"), "turn": fb.Angle("link2")}
     for k, (length, mass, inertia) in enumerate(zip(LENGTHS, MASSES, INERTIAS, strict=True)):
         bodies[f"link{k}"] = fb.RigidBody(
             mass=mass,
@@ -44,15 +48,20 @@ def arm(drives):
 def torques(theta, rate, change):
     """Return the torques of the motors by the recursion of Newton and Euler, shape (3, times)."""
     angle, w, dw = (np.cumsum(rows, axis=0) for rows in (theta, rate, change))
-    place, force = np.zeros((2, angle.shape[1])), np.array([[0.0], [GRAVITY]])
-    accelerations, ends = [], []
+    place = np.zeros((2, angle.shape[1]))
+    force = np.array([[0.0], [GRAVITY]])
+    accelerations = []
+    ends = []
     for k, length in enumerate(LENGTHS):
         along = np.stack([np.cos(angle[k]), np.sin(angle[k])])
         across = np.stack([-along[1], along[0]])
         pull = length * (dw[k] * across - w[k] ** 2 * along)
         accelerations.append(force + place + pull / 2)
-        place, _ = place + pull, ends.append(along * length)
-    carried, moment, found = np.zeros_like(place), np.zeros(angle.shape[1]), []
+        place = place + pull
+        _ = ends.append(along * length)
+    carried = np.zeros_like(place)
+    moment = np.zeros(angle.shape[1])
+    found = []
     for k in (2, 1, 0):
         own = MASSES[k] * accelerations[k]
         x, y = ends[k]
@@ -67,11 +76,13 @@ def test_three_motors_move_an_arm():
     """Torque, power and work of each motor; every joint turns three times and a half."""
     drives = [turns(k) for k in range(3)]
     motion = fb.simulate(arm(drives), duration=1.0, step=5e-4)
-    t, d = motion.time.values, 1e-4
+    t = motion.time.values
+    d = 1e-4
     theta, later, earlier = (
         np.stack([drive(t + shift) for drive in drives]) for shift in (0.0, d, -d)
     )
-    rate, change = (later - earlier) / (2 * d), (later - 2 * theta + earlier) / d**2
+    rate = (later - earlier) / (2 * d)
+    change = (later - 2 * theta + earlier) / d**2
     expected = torques(theta, rate, change)
     for k in range(3):
         size = np.abs(expected[k]).max()
@@ -168,7 +179,9 @@ def test_cylinder_lifts_a_boom():
     """ℓ = 2 sin(θ/2): the angle, its rates from the first instant on, force and power."""
     motion = fb.simulate(boom(lambda t: 1.0 + 0.3 * np.sin(3 * t)), duration=1.0, step=1e-3)
     t = motion.time.values
-    length, speed, change = 1 + 0.3 * np.sin(3 * t), 0.9 * np.cos(3 * t), -2.7 * np.sin(3 * t)
+    length = 1 + 0.3 * np.sin(3 * t)
+    speed = 0.9 * np.cos(3 * t)
+    change = -2.7 * np.sin(3 * t)
     half = np.arcsin(length / 2)
     rate = speed / np.cos(half)
     angular = (change + speed * rate / 2 * np.tan(half)) / np.cos(half)
@@ -213,7 +226,8 @@ def test_power_is_the_rate_of_work(part):
     """Of loads on lengths, angles and points, and of a joint of angles."""
 
     def drag(t, x, v, p, force):
-        force[0, 2], force[0, 0] = -p[0] * v[0, 2], 1.0 + x[0, 0]
+        force[0, 2] = -p[0] * v[0, 2]
+        force[0, 0] = 1.0 + x[0, 0]
 
     def disc(x, rate):
         disc = {"radius": 0.2, "width": 0.01, "density": 500.0, "points": {"rim": (0.1, 0.0)}}
@@ -237,7 +251,8 @@ def test_power_is_the_rate_of_work(part):
         },
         sensors={"P": fb.sensors.Power(part), "W": fb.Work(part)},
     )
-    power, work = motion.sel(output="P").values, motion.sel(output="W").values
+    power = motion.sel(output="P").values
+    work = motion.sel(output="W").values
     summed = np.cumsum((power[1:] + power[:-1]) / 2) * 5e-4
     size = np.ptp(work)
     if part == "gear":  # which passes on all that it takes

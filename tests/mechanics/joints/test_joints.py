@@ -93,7 +93,11 @@ def test_prescribed_travel_along_a_slanted_line():
 @pytest.mark.parametrize("second", [0.3, -0.5])
 def test_a_gear_pair_driven_by_a_moment(second):
     """(J₁ + J₂ (r₁/r₂)²) α = T, the tooth force is J₂ α r₁/r₂²; a ring gear turns the same way."""
-    r1, r2, J1, J2, T = 0.1, second, 0.4, 2.0, np.array([1.0, 5.0])
+    r1 = 0.1
+    r2 = second
+    J1 = 0.4
+    J2 = 2.0
+    T = np.array([1.0, 5.0])
     bodies, joints = gears((r1, r2), (J1, J2))
     model = fb.Mechanism(
         bodies=bodies, joints=joints, loads={"T": fb.Moment("1", T)},
@@ -101,7 +105,8 @@ def test_a_gear_pair_driven_by_a_moment(second):
                  "A": fb.Reaction("A"), "W": fb.Work("T"), "E": fb.KineticEnergy()},
     )  # fmt: skip
     motion = fb.simulate(model, duration=2.0, step=1e-3)
-    t, alpha = motion["time"].values, T / (J1 + J2 * (r1 / r2) ** 2)
+    t = motion["time"].values
+    alpha = T / (J1 + J2 * (r1 / r2) ** 2)
     turned = 0.5 * alpha[:, None] * t**2
     assert turned.max() > 2 * np.pi
     np.testing.assert_allclose(motion.sel(output="a") - 0.3, turned, atol=1e-4 * turned.max())
@@ -119,7 +124,8 @@ def test_a_gear_pair_driven_by_a_moment(second):
 
 def test_a_planetary_gear():
     """Sun driven, ring fixed: the arm turns at ω_sun r_s/(r_s + r_r), the planet by Willis."""
-    sun, planet = 0.1, 0.05
+    sun = 0.1
+    planet = 0.05
     ring = sun + 2 * planet
     arm = fb.RigidBody.bar(length=sun + planet, height=0.01, width=0.01, density=1000.0)
     model = fb.Mechanism(
@@ -150,8 +156,12 @@ def test_a_planetary_gear():
 @pytest.mark.parametrize("radius", [0.2, -0.2])
 def test_a_rack_and_pinion(radius):
     """A pinion on a fixed centre pulls its rack along: (J + m r²) α = T."""
-    J, m, T, tilt = 0.5, 3.0, 2.0, 0.6
-    c, s = np.cos(tilt), np.sin(tilt)
+    J = 0.5
+    m = 3.0
+    T = 2.0
+    tilt = 0.6
+    c = np.cos(tilt)
+    s = np.sin(tilt)
     rack = fb.RigidBody(mass=m, inertia=0.1, position=(radius * s, -radius * c), angle=tilt)
     model = fb.Mechanism(
         bodies={"p": wheel(inertia=J, angle=1.0), "r": rack},
@@ -165,7 +175,8 @@ def test_a_rack_and_pinion(radius):
                  "M": fb.ReactionMoment("mesh")},
     )  # fmt: skip
     motion = fb.simulate(model, duration=2.0, step=1e-3)
-    t, alpha = motion["time"].values, T / (J + m * radius**2)
+    t = motion["time"].values
+    alpha = T / (J + m * radius**2)
     turned = 0.5 * alpha * t**2
     np.testing.assert_allclose(motion.sel(output="a") - 1.0, turned, atol=1e-4 * turned.max())
     way = radius * turned
@@ -179,8 +190,12 @@ def test_a_rack_and_pinion(radius):
 
 def test_a_rolling_wheel():
     """A wheel on a slope rolls with g sin β/(1 + J/mr²): the rack is the ground."""
-    m, J, r, slope = 2.0, 0.03, 0.2, 0.3
-    c, s = np.cos(-slope), np.sin(-slope)
+    m = 2.0
+    J = 0.03
+    r = 0.2
+    slope = 0.3
+    c = np.cos(-slope)
+    s = np.sin(-slope)
     disc = fb.RigidBody(mass=m, inertia=J, position=(-r * s, r * c))
     model = fb.Mechanism(
         bodies={"w": disc},

@@ -19,15 +19,19 @@ from tests.mechanics.space import INERTIA, NONE, Coordinates, SpatialBody, axes_
 
 ignored = pytest.mark.filterwarnings("ignore::flexband.errors.ResolutionWarning")
 
-CRANK, ROD = 0.3, 1.1  # m
-AXIS, PLACE = np.array([0.8, 0.36, -0.48]), np.array([0.2, -0.1, 0.25])  # of the guide
+CRANK = 0.3
+ROD = 1.1  # m
+AXIS = np.array([0.8, 0.36, -0.48])
+PLACE = np.array([0.2, -0.1, 0.25])  # of the guide
 
 
 class Related(PairJoint):
     """A joint that is a function of two frames."""
 
     def __init__(self, first, second, rows):
-        self.first, self.second, self.rows = first, second, rows
+        self.first = first
+        self.second = second
+        self.rows = rows
 
     def constraints(self, frame):
         return self.rows(frame(self.first), frame(self.second))
@@ -55,7 +59,8 @@ def travel(angle):
 def slider_crank(angle, noise=0.0, seed=0):
     """Return the mechanism, whose bodies are `noise` [m], [rad] from where they belong."""
     rng = np.random.default_rng(seed)
-    pin, slide = np.array([CRANK, 0.0, 0.0]), PLACE + travel(0.0) * AXIS
+    pin = np.array([CRANK, 0.0, 0.0])
+    slide = PLACE + travel(0.0) * AXIS
     along_rod = (slide - pin) / ROD
     arm = np.cross([0.0, 0.0, 1.0], along_rod)
     arm /= np.linalg.norm(arm)

@@ -36,7 +36,8 @@ def rotors(joint, **options):
 
 def test_rotors_are_locked_where_they_are_and_released():
     """At an instant of each sample: J₁ω₁ + J₂ω₂ and the angle remain, ½ J₁J₂/J (Δω)² is lost."""
-    begin, end = np.array([0.123, 0.203]), 0.45
+    begin = np.array([0.123, 0.203])
+    end = 0.45
     motion = rotors(Switched(fb.Weld("b", "a"), lambda t: (t > begin) & (t < end)))
     t = motion.time.values
     common = (0.4 * 3.0 - 0.1 * 7.0) / 0.5
@@ -103,9 +104,13 @@ def test_momentum_and_energy_of_a_grip_in_flight(joint):
     np.testing.assert_allclose(out["T"] + out["lost"], out["T"][0], rtol=3e-5)
     assert out["lost"][-1] > 2e-3
     on = (t > 0.155) & (t < 0.395)
-    c, s = np.cos(out["qb"]), np.sin(out["qb"])
-    X, Y = out["ea_X"] - out["eb_X"], out["ea_Y"] - out["eb_Y"]
-    along, across, turn = (c * X + s * Y)[on], (c * Y - s * X)[on], (out["qa"] - out["qb"])[on]
+    c = np.cos(out["qb"])
+    s = np.sin(out["qb"])
+    X = out["ea_X"] - out["eb_X"]
+    Y = out["ea_Y"] - out["eb_Y"]
+    along = (c * X + s * Y)[on]
+    across = (c * Y - s * X)[on]
+    turn = (out["qa"] - out["qb"])[on]
     still = {
         fb.Weld: (along, across, turn),
         fb.Revolute: (along, across),
@@ -131,7 +136,8 @@ def test_slot_catches_a_falling_mass():
     )  # fmt: skip
     motion = fb.simulate(mechanism, duration=0.5, step=0.05)
     t = motion.time.values
-    after, speed = np.maximum(t - 0.2, 0.0), 9.81 * 0.2 * 0.6
+    after = np.maximum(t - 0.2, 0.0)
+    speed = 9.81 * 0.2 * 0.6
     travel = speed * after + 0.5 * 9.81 * 0.6 * after**2
     fall = -0.5 * 9.81 * np.minimum(t, 0.2) ** 2
     expected = np.outer(slope, travel) + np.outer([0.0, 1.0], fall)

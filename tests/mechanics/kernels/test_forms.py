@@ -6,7 +6,8 @@ from flexband.mechanics.kernels.forms import Form, PlanarFrame, dot
 
 
 def test_forms_are_an_algebra():
-    x, y = Form.variable(1), Form.variable(2)
+    x = Form.variable(1)
+    y = Form.variable(2)
     product = (x + 2.0 * y) * (x - y)
     assert {k[:2]: float(v) for k, v in product.terms.items()} == {
         (1, 1): 1.0,

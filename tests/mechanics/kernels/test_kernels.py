@@ -53,7 +53,8 @@ def test_tangent_of_gears_and_laws_is_the_derivative_of_the_residual():
     """Gears, a rack, a drive along a beam, and laws and a moment on bodies and on its sections, in
     any state, multipliers too.
     """
-    r1, r2 = 0.1, 0.25
+    r1 = 0.1
+    r2 = 0.25
     bodies, joints = gears((r1, r2), (0.4, 0.3))
     beam = fb.Beam(length=0.4, height=0.02, width=0.01, elements=1, density=1000.0,
                    youngs_modulus=1e4, poissons_ratio=0.3, start=(r1 + r2, 0.2))  # fmt: skip

@@ -58,7 +58,8 @@ def weight(name):
 
 def rates_of_top(t, state):
     """Return Euler's equations of a body about its foot, axes and spin in its own axes."""
-    turn, spin = state[:9].reshape(3, 3), state[9:]
+    turn = state[:9].reshape(3, 3)
+    spin = state[9:]
     inertia = INERTIA + MASS * np.array([1.0, 0.0, 1.0])
     moment = np.cross([0.0, 1.0, 0.0], turn.T @ WEIGHT)
     change = (moment - np.cross(spin, inertia * spin)) / inertia
@@ -69,7 +70,8 @@ def rates_of_top(t, state):
 def test_a_heavy_top_precesses():
     turn = Rotation.from_euler("xz", [0.4, 0.3])
     spin = np.array([0.5, 60.0, -2.0])  # in its axes
-    place, turning = turn.apply([0.0, 1.0, 0.0]), turn.apply(spin)
+    place = turn.apply([0.0, 1.0, 0.0])
+    turning = turn.apply(spin)
     top = fb.Mechanism(
         bodies={"top": SpatialBody(place, turn, np.cross(turning, place), turning)},
         joints={"tip": Ball("top.foot")},
@@ -91,7 +93,8 @@ def test_a_heavy_top_precesses():
 
 def spatial_pair(loads):
     """Return two free bodies, of which the second one spins about a tilted axis."""
-    first, second = Rotation.from_euler("xyz", [0.3, -0.2, 0.5]), Rotation.from_euler("y", 0.4)
+    first = Rotation.from_euler("xyz", [0.3, -0.2, 0.5])
+    second = Rotation.from_euler("y", 0.4)
     spin = second.apply([0.0, 0.0, 14.0])
     return fb.Mechanism(
         bodies={
@@ -149,7 +152,9 @@ def errors_of_pair(load, forces, duration=1.5, steps=(1e-3, 5e-4)):
 
 @ignored
 def test_a_spring_between_two_bodies_in_space():
-    stiffness, damping, rest = 300.0, 2.0, 0.7
+    stiffness = 300.0
+    damping = 2.0
+    rest = 0.7
 
     def enters(model):
         apart = subtract(model.frame("a.foot").position, model.frame("b").position)
@@ -177,23 +182,28 @@ def test_a_torsion_spring_about_a_tilted_axis_counts_turns():
 
     Its vector has products of coordinates of both bodies. The moments are those of virtual work.
     """
-    stiffness, damping = 0.05, 0.002
+    stiffness = 0.05
+    damping = 0.002
 
     def enters(model):
-        a, b = model.frame("a"), model.frame("b")
+        a = model.frame("a")
+        b = model.frame("b")
         spring = SpringEntry(turn(b, a), stiffness, 0.0, 0.0, damping, Form({}), angular=True)
         return Entries(springs=[spring])
 
     state = {"turn": 0.0}
 
     def forces(places, turns, velocities, spins):
-        a, u = turns[0], turns[1][:, 0]
-        x, y = u @ a[:, 0], u @ a[:, 1]
+        a = turns[0]
+        u = turns[1][:, 0]
+        x = u @ a[:, 0]
+        y = u @ a[:, 1]
         now = np.arctan2(y, x)
         state["turn"] = now + 2 * np.pi * np.round((state["turn"] - now) / (2 * np.pi))
         by_u = (x * a[:, 1] - y * a[:, 0]) / (x**2 + y**2)  # ∂θ/∂u
         by_axes = [np.cross(a[:, 0], -y * u), np.cross(a[:, 1], x * u)]
-        of_b, of_a = np.cross(u, by_u), sum(by_axes) / (x**2 + y**2)
+        of_b = np.cross(u, by_u)
+        of_a = sum(by_axes) / (x**2 + y**2)
         rate = of_b @ (turns[1] @ spins[1]) + of_a @ (a @ spins[0])
         moment = -(stiffness * state["turn"] + damping * rate)
         return np.zeros((2, 3)), moment * np.array([of_a, of_b])
@@ -210,10 +220,13 @@ class Drive(PairJoint):
     """A pin along the third axes of both bodies, and the angle about it as a function of time."""
 
     def __init__(self, first, second, turn):
-        self.first, self.second, self.turn = first, second, turn
+        self.first = first
+        self.second = second
+        self.turn = turn
 
     def constraints(self, frame):
-        a, b = frame(self.second), frame(self.first)
+        a = frame(self.second)
+        b = frame(self.first)
         return [*meet(b, a), *parallel(b, a), turn(b, a) - Form.function(self.turn)]
 
     def moment(self, multipliers):
@@ -248,9 +261,12 @@ def test_a_drive_about_a_tilted_axis_of_two_bodies_counts_turns():
 @ignored
 def test_the_second_rate_of_an_angle_between_tumbling_bodies():
     """Euler's equations of both at the start, α_b = α_a + 8 e + 30 ω_a × e, M on b and −M on a."""
-    tilted, turned = Rotation.from_euler("xyz", [0.5, -0.4, 0.3]), Rotation.from_euler("z", 0.7)
-    axis, spin = tilted.apply([0.0, 0.0, 1.0]), np.array([2.0, -3.0, 4.0])
-    turns, spins = (tilted, tilted * turned), (spin, spin + 30 * axis)
+    tilted = Rotation.from_euler("xyz", [0.5, -0.4, 0.3])
+    turned = Rotation.from_euler("z", 0.7)
+    axis = tilted.apply([0.0, 0.0, 1.0])
+    spin = np.array([2.0, -3.0, 4.0])
+    turns = (tilted, tilted * turned)
+    spins = (spin, spin + 30 * axis)
     bodies = [
         SpatialBody(np.zeros(3), turn, np.zeros(3), speed)
         for turn, speed in zip(turns, spins, strict=True)

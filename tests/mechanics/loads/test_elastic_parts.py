@@ -23,7 +23,8 @@ def sled(load, *, velocity=0.0, mass=2.0, place=1.0, **options):
 
 
 def test_a_straight_table_is_a_spring_and_a_damper():
-    place, speed = np.array([-0.5, 0.1, 0.4]), np.array([-1.0, 2.0])
+    place = np.array([-0.5, 0.1, 0.4])
+    speed = np.array([-1.0, 2.0])
     table = fb.loads.Characteristic(300 * place[:, None] + 5 * speed, place, speed)
     given = {"velocity": 1.0, "duration": 1.0, "step": 1e-3}
     a = sled(fb.Spring("m", (0.0, 0.0), rest_length=0.8, pull=table), **given)
@@ -54,7 +55,8 @@ def test_motor_with_a_torque_over_speed():
     speed = (motion.sel(output="a") - motion.sel(output="b")).values
     inertia = 1.0  # 1.5 and 3 against each other
     for row, part in zip(speed, factor, strict=True):
-        corner, decay = 10.0 * inertia / (3.0 * part), 5.0 * inertia / (3.0 * part)
+        corner = 10.0 * inertia / (3.0 * part)
+        decay = 5.0 * inertia / (3.0 * part)
         later = 15.0 - 5.0 * np.exp(-np.maximum(t - corner, 0.0) / decay)
         np.testing.assert_allclose(row, np.where(t < corner, 3.0 * part * t, later), atol=4e-4)
     torque = motion.sel(output="motor_M").values
@@ -64,7 +66,8 @@ def test_motor_with_a_torque_over_speed():
 
 def test_table_over_stroke_and_speed():
     """x v is bilinear, so its table is exact: m ẍ = −40 x ẋ − 30 x."""
-    place, speed = np.linspace(-1.0, 1.0, 5), np.linspace(-3.0, 3.0, 4)
+    place = np.linspace(-1.0, 1.0, 5)
+    speed = np.linspace(-3.0, 3.0, 4)
     table = fb.loads.Characteristic(
         40.0 * place[:, None] * speed + 30.0 * place[:, None], place, speed
     )
@@ -81,13 +84,15 @@ def test_table_over_stroke_and_speed():
 
 def test_buffer_with_a_gap():
     """A mass flies 0.1 m, half a swing of the buffer sends it back."""
-    k, v = 200.0, 1.5
+    k = 200.0
+    v = 1.5
     buffer = fb.loads.Characteristic([-k * 0.5, 0.0, 0.0], place=[-0.5, 0.0, 1.0])
     motion = sled(
         fb.Spring("m", (0.0, 0.0), rest_length=0.9, pull=buffer),
         velocity=-v, duration=0.6, step=5e-5,
     )  # fmt: skip
-    w, t = np.sqrt(k / 2.0), motion.time.values
+    w = np.sqrt(k / 2.0)
+    t = motion.time.values
     hit = 0.1 / v
     leaves = hit + np.pi / w
     inside = 0.9 - v / w * np.sin(w * (t - hit))
@@ -159,8 +164,11 @@ def test_bushing_conserves_energy_and_momentum(damped):
         integrator=fb.GeneralizedAlpha(spectral_radius=1.0),
     )  # fmt: skip
     out = {name: motion.sel(output=name).values for name in motion.output.values}
-    X, Y, turn = out["ea_X"] - out["eb_X"], out["ea_Y"] - out["eb_Y"], out["qb"]
-    c, s = np.cos(turn), np.sin(turn)
+    X = out["ea_X"] - out["eb_X"]
+    Y = out["ea_Y"] - out["eb_Y"]
+    turn = out["qb"]
+    c = np.cos(turn)
+    s = np.sin(turn)
     d = np.stack([c * X + s * Y - 0.01, c * Y - s * X + 0.02, out["qa"] - turn - 3.0])
     energy = out["T"] + 0.5 * np.einsum("it,ij,jt->t", d, K, d)
     t = motion.time.values
@@ -199,7 +207,8 @@ def test_bushing_in_statics_and_modes():
             sensors={"m": fb.Position("m"), "turn": fb.Angle("m")},
         )  # fmt: skip
         rest = fb.equilibrium(mechanism)
-        c, s = np.cos(0.5), np.sin(0.5)
+        c = np.cos(0.5)
+        s = np.sin(0.5)
         axes = np.array([[c, -s], [s, c]])
         force = np.append(axes.T @ [3.0, 4.0], 0.05)
         d = np.linalg.solve(K, force)
@@ -216,7 +225,8 @@ def test_bushing_in_statics_and_modes():
 
 
 def test_numbers_of_a_bushing_may_differ_between_three_samples():
-    across, turning = np.array([5e3, 6e3, 7e3]), np.array([4e3, 5e3, 6e3])
+    across = np.array([5e3, 6e3, 7e3])
+    turning = np.array([4e3, 5e3, 6e3])
     found = fb.equilibrium(
         fb.Mechanism(
             bodies={"m": fb.RigidBody(mass=2.0, inertia=0.5)},

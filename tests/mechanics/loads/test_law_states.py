@@ -132,8 +132,13 @@ def test_modes_of_a_mass_with_a_first_order_force_are_exact():
 
 def valve(t, x, v, s, p, force, rate):
     """A cylinder: pressures of both chambers, flows through the edges of a valve with opening p."""
-    opening, supply, area, bulk, volume = p[0], p[1], p[2], p[3], p[4]
-    stroke, speed = x[2, 0] - p[5], v[2, 0]
+    opening = p[0]
+    supply = p[1]
+    area = p[2]
+    bulk = p[3]
+    volume = p[4]
+    stroke = x[2, 0] - p[5]
+    speed = v[2, 0]
     drops = (supply - s[0], s[1]) if opening > 0 else (s[0], supply - s[1])
     flow_a = opening * np.sign(drops[0]) * np.sqrt(abs(drops[0]))
     flow_b = opening * np.sign(drops[1]) * np.sqrt(abs(drops[1]))
@@ -159,9 +164,12 @@ def cylinder(opening=VALVE[0]):
 
 def test_a_hydraulic_cylinder_moves_as_scipy_has_it():
     def rates(t, z):
-        force, rate = np.zeros((3, 3)), np.zeros(2)
-        x, v = np.zeros((3, 3)), np.zeros((3, 3))
-        x[2, 0], v[2, 0] = z[0], z[1]
+        force = np.zeros((3, 3))
+        rate = np.zeros(2)
+        x = np.zeros((3, 3))
+        v = np.zeros((3, 3))
+        x[2, 0] = z[0]
+        v[2, 0] = z[1]
         valve(t, x, v, z[2:], np.array(VALVE), force, rate)
         return [z[1], (force[2, 0] - 2000.0 * z[1]) / 50.0, *rate]
 
@@ -186,7 +194,8 @@ def test_bristles_stick_and_slip_as_scipy_has_it():
     p = np.array([1e5, 300.0, 1.0, 1.5, 1e-3])
 
     def rates(t, z):
-        force, rate = np.zeros((1, 3)), np.zeros(1)
+        force = np.zeros((1, 3))
+        rate = np.zeros(1)
         lugre(t, np.zeros((1, 3)), np.array([[z[1], 0, 0]]), z[2:], p, force, rate)
         return [z[1], force[0, 0] - 200.0 * (z[0] - 0.01 * t), rate[0]]
 
@@ -209,7 +218,8 @@ def test_stick_slip_is_right_at_the_default_tolerance_of_steps():
     p = np.array([1e5, np.sqrt(1e5), 1.0, 1.5, 1e-3])
 
     def rates(t, z):
-        force, rate = np.zeros((1, 3)), np.zeros(1)
+        force = np.zeros((1, 3))
+        rate = np.zeros(1)
         lugre(t, np.zeros((1, 3)), np.array([[z[1], 0, 0]]), z[2:], p, force, rate)
         return [z[1], force[0, 0] - 0.4 * z[1] - 2.0 * (z[0] - 0.1 * t), rate[0]]
 
@@ -256,7 +266,8 @@ def test_a_state_that_begins_at_zero_is_judged_by_the_size_it_gets(size, time):
 def test_a_state_of_a_million_per_second_follows_at_once(start):
     """With a step of 1 ms, from any start: the force is that of a spring after two steps."""
     motion = fb.simulate(follower(gain=100.0, time=1e-6, start=start), duration=0.1, step=1e-3)
-    x, s = motion.sel(output="x_X").values, motion.sel(output="s").values
+    x = motion.sel(output="x_X").values
+    s = motion.sel(output="s").values
     np.testing.assert_allclose(s[3:], 100.0 * x[3:], rtol=1e-3)
     assert np.abs(s[1:]).max() < 11.0
     expected = 10.0 if start == "steady" else start
@@ -360,7 +371,9 @@ def fails(t, x, v, s, p, force, rate):
         rate[0] = s[int(1 + t)]
 
 
-RUNS_AWAY, NEVER_RESTS, OUT_OF_RANGE = 0.0, 1.0, 2.0
+RUNS_AWAY = 0.0
+NEVER_RESTS = 1.0
+OUT_OF_RANGE = 2.0
 
 
 @pytest.mark.parametrize(

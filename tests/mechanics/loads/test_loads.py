@@ -18,7 +18,8 @@ def test_moment_turns_a_disc_any_number_of_times():
         sensors={"angle": fb.Angle("disc"), "rate": fb.AngularVelocity("disc")},
         step=1e-4,
     )
-    t, per = motion.time.values, 20.0 / disc.inertia
+    t = motion.time.values
+    per = 20.0 / disc.inertia
     exact = per / 9 * (1 - np.cos(3 * t))
     assert exact[-1] > 2 * 2 * np.pi
     np.testing.assert_allclose(motion.sel(output="angle"), exact, rtol=1e-5, atol=1e-6)
@@ -27,7 +28,10 @@ def test_moment_turns_a_disc_any_number_of_times():
 
 def test_damped_driven_oscillator():
     """m x″ + d x′ + k x = −f: from rest under a step of the pull, in closed form."""
-    mass, k, d, pull = 2.0, 800.0, 6.0, 5.0
+    mass = 2.0
+    k = 800.0
+    d = 6.0
+    pull = 5.0
     motion = motion_of(
         bodies={"m": fb.PointMass(mass=mass, position=(1.0, 0.0))},
         joints={"line": fb.Slot("m", (0.0, 0.0))},
@@ -39,7 +43,8 @@ def test_damped_driven_oscillator():
             "s": fb.SpringForce("s"),
         },
     )
-    t, zeta = motion.time.values, d / (2 * mass)
+    t = motion.time.values
+    zeta = d / (2 * mass)
     w = np.sqrt(k / mass - zeta**2)
     ringing = np.exp(-zeta * t) * (np.cos(w * t) + zeta / w * np.sin(w * t))
     np.testing.assert_allclose(motion.sel(output="r_X"), 1 - pull / k * (1 - ringing), atol=2e-6)
@@ -142,7 +147,10 @@ UNDAMPED = fb.GeneralizedAlpha(spectral_radius=1.0)
 
 def test_a_torsion_pendulum():
     """J θ̈ + d θ̇ + k θ = 0 from rest at θ₀, and its frequency."""
-    J, k, d, start = 0.5, np.array([8.0, 20.0]), 0.3, 0.7
+    J = 0.5
+    k = np.array([8.0, 20.0])
+    d = 0.3
+    start = 0.7
     model = fb.Mechanism(
         bodies={"w": wheel(inertia=J, angle=start)},
         joints={"pin": fb.Revolute("w", (0.0, 0.0))},
@@ -150,10 +158,12 @@ def test_a_torsion_pendulum():
         sensors={"a": fb.Angle("w"), "m": fb.SpringMoment("t"), "E": fb.ElasticEnergy()},
     )
     motion = fb.simulate(model, duration=2.0, step=1e-3, integrator=UNDAMPED)
-    t, zeta = motion["time"].values, d / (2 * J)
+    t = motion["time"].values
+    zeta = d / (2 * J)
     w = np.sqrt(k / J - zeta**2)[:, None]
     exact = start * np.exp(-zeta * t) * (np.cos(w * t) + zeta / w * np.sin(w * t))
-    angle, moment = motion.sel(output="a"), motion.sel(output="m_M")
+    angle = motion.sel(output="a")
+    moment = motion.sel(output="m_M")
     np.testing.assert_allclose(angle, exact, atol=5e-5)
     rate = np.gradient(exact, t, axis=1, edge_order=2)
     np.testing.assert_allclose(moment, -k[:, None] * exact - d * rate, atol=2e-3)
@@ -168,7 +178,9 @@ def test_a_torsion_pendulum():
 
 def test_a_torsion_spring_counts_turns_and_a_motor_winds_it_up():
     """A weak spring, relaxed at the start, and a moment that turns the wheel many times."""
-    J, k, T = 0.5, 0.02, 3.0
+    J = 0.5
+    k = 0.02
+    T = 3.0
     model = fb.Mechanism(
         bodies={"w": wheel(inertia=J, angle=0.4)},
         joints={"pin": fb.Revolute("w", (0.0, 0.0))},
@@ -176,17 +188,21 @@ def test_a_torsion_spring_counts_turns_and_a_motor_winds_it_up():
         sensors={"a": fb.Angle("w"), "W": fb.Work("t"), "E": fb.KineticEnergy()},
     )
     motion = fb.simulate(model, duration=5.0, step=1e-3)
-    t, w = motion["time"].values, np.sqrt(k / J)
+    t = motion["time"].values
+    w = np.sqrt(k / J)
     exact = T / k * (1 - np.cos(w * t))
     assert exact[-1] > 4 * 2 * np.pi
     np.testing.assert_allclose(motion.sel(output="a") - 0.4, exact, rtol=2e-4, atol=1e-6)
-    work, energy = motion.sel(output="W"), motion.sel(output="E")
+    work = motion.sel(output="W")
+    energy = motion.sel(output="E")
     np.testing.assert_allclose(work, energy, atol=1e-3 * float(energy.max()))
 
 
 def test_friction_in_a_guide_and_in_a_pin():
     """v = v₀ e^(−dt/m) and ω = ω₀ e^(−dt/J)."""
-    m, J, d = 2.0, 0.5, np.array([0.8, 3.0])
+    m = 2.0
+    J = 0.5
+    d = np.array([0.8, 3.0])
     block = fb.RigidBody(mass=m, inertia=1.0, velocity=(1.5, 0.0))
     spun = wheel(inertia=J, position=(0.0, 1.0), rate=4.0)
     model = fb.Mechanism(
@@ -291,7 +307,8 @@ def test_bad_loads_are_refused(build, text):
 
 def test_a_load_that_crosses_a_bridge_is_shared_by_its_nodes():
     """Against the modal series of a simply supported beam whose length, mass and EI are 1."""
-    P, n = 0.01, 16
+    P = 0.01
+    n = 16
     bridge = fb.Cable(
         length=1.0, mass_per_length=1.0, axial_stiffness=1e4, bending_stiffness=1.0, elements=n
     )
@@ -306,7 +323,8 @@ def test_a_load_that_crosses_a_bridge_is_shared_by_its_nodes():
         sensors={"m": fb.Position("b.middle")},
     )
     found = fb.simulate(model, duration=1.0, step=2e-3).sel(output="m_Y")
-    j, t = np.pi * np.arange(1, 40)[:, None], found.time.values
+    j = np.pi * np.arange(1, 40)[:, None]
+    t = found.time.values
     parts = (np.sin(j * t) - np.sin(j**2 * t) / j) / (j**4 - j**2)
     exact = -2 * P * (np.sin(j / 2) * parts).sum(axis=0)
     np.testing.assert_allclose(found, exact, atol=6e-3 * np.abs(exact).max())

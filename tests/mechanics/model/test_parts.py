@@ -22,7 +22,8 @@ def fall(mechanism):
 
 
 def test_a_mechanism_keeps_copies():
-    bodies, masses = {"m": MASS}, np.array([1.0, 2.0])
+    bodies = {"m": MASS}
+    masses = np.array([1.0, 2.0])
     loads = {"push": fb.Force("m", x=masses)}
     mechanism = fb.Mechanism(bodies=bodies, loads=loads, sensors={"x": fb.Position("m")})
     before = fall(mechanism)
@@ -91,7 +92,8 @@ class AnyBody(Body):
         return PlanarFrame.of_rigid_node(first + 5)
 
 
-FAR, NEAR = Form.variable(1000), Form.variable(1)
+FAR = Form.variable(1000)
+NEAR = Form.variable(1)
 BELOW = Form({(-3, 1, None): np.ones(())})
 UNIT = {(0, 0): np.ones(()), (1, 1): np.ones(())}
 

@@ -75,7 +75,9 @@ def test_the_mean_of_a_force_that_jumps_within_a_step(masses):
 
 def test_the_mean_of_a_reaction_is_that_of_a_turning_force():
     """A bar that turns at ω: its pin bears m g, and m ω² l/2 along the bar."""
-    speed, mass, length = 20.0, 3.0, 0.4
+    speed = 20.0
+    mass = 3.0
+    length = 0.4
     model = fb.Mechanism(
         bodies={
             "bar": fb.RigidBody(

@@ -57,7 +57,8 @@ def test_the_largest_penetration_and_the_impulse_of_an_impact_within_a_step():
     )  # fmt: skip
     integrator = chosen(1e-9, spectral_radius=0.9)
     motion = fb.simulate(model, duration=0.2, step=0.2, integrator=integrator)
-    speed, w = np.sqrt(0.2 * G), np.sqrt(STIFFNESS)
+    speed = np.sqrt(0.2 * G)
+    w = np.sqrt(STIFFNESS)
     depth = G / w**2 + np.hypot(G / w**2, speed / w)
     low, most, turn = motion.sel(output=["low_Y", "most_Y", "turn_Y"]).values[:, -1]
     assert low == pytest.approx(-depth, rel=1e-3)

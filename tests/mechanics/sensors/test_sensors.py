@@ -9,10 +9,13 @@ from scipy.integrate import solve_bvp
 import flexband as fb
 from tests.mechanics.models import ROD, STEEL, motion_of, pendulum_driven, slider_crank, two_blocks
 
-h, b, L = 0.02, 0.03, 1.0
+h = 0.02
+b = 0.03
+L = 1.0
 
 
-A, second = b * h, b * h**3 / 12
+A = b * h
+second = b * h**3 / 12
 
 
 def cantilever(force, sensors, elements=8, kind="beam", **change):
@@ -36,7 +39,8 @@ def cantilever(force, sensors, elements=8, kind="beam", **change):
 @pytest.mark.parametrize("place", ["start", "0.3", "middle", "0.9"])
 def test_section_forces_are_those_of_statics(kind, place):
     """N = F, Q = P, M = P (L − x) for a small force (F, P) at the free end."""
-    F, P = 3.0, 0.02
+    F = 3.0
+    P = 0.02
     x = {"start": 0.0, "middle": 0.5}[place] if place.isalpha() else float(place)
     model = cantilever((F, P), {"s": fb.SectionForces("b", place)}, kind=kind)
     N, Q, M = fb.equilibrium(model).values
@@ -52,7 +56,8 @@ def bent_by(force, shear, EA, EI, kGA):
     """
 
     def rates(_, z):
-        N, Q = force * np.sin(z[0]), force * np.cos(z[0])
+        N = force * np.sin(z[0])
+        Q = force * np.cos(z[0])
         return np.stack(
             [z[1] / EI, -force * ((1 + N / EA) * np.cos(z[0]) - shear * Q / kGA * np.sin(z[0]))]
         )
@@ -71,8 +76,12 @@ def bent_by(force, shear, EA, EI, kGA):
 @pytest.mark.parametrize("kind", ["beam", "cable"])
 def test_axial_force_under_shear_is_that_of_reissners_beam(load, slenderness, kind):
     """Within 0.5 % of the force with 8 elements at all places; the cable is stiff in shear."""
-    E, nu, height, width = 1e6, 0.45, 1 / slenderness, 0.1
-    EA, EI = E * height * width, E * width * height**3 / 12
+    E = 1e6
+    nu = 0.45
+    height = 1 / slenderness
+    width = 0.1
+    EA = E * height * width
+    EI = E * width * height**3 / 12
     k = 10 * (1 + nu) / (12 + 11 * nu)
     force = load * EI
     body = (
@@ -131,10 +140,8 @@ def test_stress_of_bending():
 @pytest.mark.parametrize("y", [-h / 2, 0.0, 0.2 * h, h / 2])
 def test_stress_follows_from_section_forces(place, y):
     """σ = N/A − M y/I, with a tip force that is large, at rest and in motion."""
-    force, sensors = (
-        (4e3, 200.0),
-        {"s": fb.SectionForces("b", place), "S": fb.Stress("b", place, y)},
-    )
+    force = (4e3, 200.0)
+    sensors = {"s": fb.SectionForces("b", place), "S": fb.Stress("b", place, y)}
     model = cantilever(force, sensors, elements=4, retardation_time=1e-4)
     for found in (fb.equilibrium(model), fb.simulate(model, duration=5e-3, step=1e-5)):
         N, M, S = (found.sel(output=name).values for name in ("s_N", "s_M", "S_xx"))
@@ -146,7 +153,8 @@ def test_stress_follows_from_section_forces(place, y):
 
 def test_a_curved_beam_at_rest_has_no_section_forces_and_a_loaded_one_those_of_statics():
     """Quarter ring, radial force P at the free end."""
-    P, R = 0.1, 1.0
+    P = 0.1
+    R = 1.0
 
     def ring(force):
         beam = fb.Beam(
@@ -300,7 +308,8 @@ def test_reaction_in_body_axes_is_the_same_force():
     }  # fmt: skip
     motion = motion_of(**parts)
     a = motion.sel(output="a")
-    X, Y = motion.sel(output="F_X"), motion.sel(output="F_Y")
+    X = motion.sel(output="F_X")
+    Y = motion.sel(output="F_Y")
     np.testing.assert_allclose(motion.sel(output="own_x"), X * np.cos(a) + Y * np.sin(a), atol=1e-9)
     np.testing.assert_allclose(motion.sel(output="own_y"), Y * np.cos(a) - X * np.sin(a), atol=1e-9)
 
@@ -320,7 +329,10 @@ def test_deflection_is_seen_from_the_chord():
 
 def test_a_deflection_is_positive_to_the_left_of_the_chord():
     """Of a cantilever F L³/EI (5/48 − 1/6), of a bar on two supports F L³/(48 EI) and shear."""
-    length, size, modulus, force = 0.5, 0.005, 2e11, 1.0
+    length = 0.5
+    size = 0.005
+    modulus = 2e11
+    force = 1.0
     unit = force * length**3 / (modulus * size**4 / 12)
     sensors = {"d": fb.Deflection("b")}
 

@@ -54,7 +54,8 @@ def test_a_following_force_keeps_its_size(body, point):
     load = fb.Force(point, x=2.0, y=0.5, following=True)
     rest = fb.equilibrium(cantilever(body, load, at=fb.Angle(point)))
     x, y, angle = values(rest, "F_X", "F_Y", "at")
-    c, s = np.cos(angle), np.sin(angle)
+    c = np.cos(angle)
+    s = np.sin(angle)
     assert abs(angle) > 0.02
     assert [x, y] == pytest.approx([-30 - 2 * c + 0.5 * s, -1 - 2 * s - 0.5 * c], abs=1e-9)
 
@@ -153,7 +154,8 @@ def test_work_of_laws_friction_moments_and_following_forces_is_what_the_energy_g
         step=5e-4,
         integrator=fb.GeneralizedAlpha(spectral_radius=1.0, tolerance=1e-12),
     )
-    energy, works = sum(values(motion, "T", "U")), values(motion, *loads)
+    energy = sum(values(motion, "T", "U"))
+    works = values(motion, *loads)
     assert min(np.abs(work).max() for work in works) > 0.01
     np.testing.assert_allclose(sum(works), energy - energy[0], atol=2e-5 * energy.max())
 
@@ -211,7 +213,10 @@ def test_a_straight_line_on_a_bent_member_is_refused(joint, member):
 @pytest.mark.parametrize("kind", ["beam", "cable"])
 def test_the_axial_force_of_a_member_that_rotates(kind, elements):
     """½ µ ω² (L² − x²) at the root, in the elements and at the end, within 2e-4 of the largest."""
-    mu, modulus, speed, height = 3.12, 2e11, 20.0, 0.02
+    mu = 3.12
+    modulus = 2e11
+    speed = 20.0
+    height = 0.02
     options = {"length": 1.0, "elements": elements, "retardation_time": 1e-3}
     bar = (
         fb.Beam(

@@ -177,7 +177,8 @@ def test_the_energy_balance_counts_the_impulses_of_a_drive():
         return 7 * np.maximum(0.0, t - start) - 5 * np.maximum(0.0, t - start - 0.2)
 
     motion = fb.simulate(rod(angle), duration=0.5, step=1e-3)
-    work, energy = motion.sel(output="work"), motion.sel(output="energy")
+    work = motion.sel(output="work")
+    energy = motion.sel(output="energy")
     assert abs(work - energy).max() < 5e-5 * energy.max()
     turned = np.maximum(0.0, 0.5 - start) * 2 + 5 * 0.2
     x = 0.2 * np.cos(turned) + np.sqrt(0.25 - 0.04 * np.sin(turned) ** 2)
@@ -197,7 +198,8 @@ def test_the_impulse_of_a_drive_is_that_of_the_momentum():
 @pytest.mark.parametrize("h", [0.01, 0.004])
 def test_a_ramp_that_starts_at_an_uncertain_time_is_followed(h):
     """A ramp of 2 ms within a step: the impulse is F (T − t) + F w/2 after a ramp of width w."""
-    start, width = np.linspace(0.0812, 0.1177, 7), 2e-3
+    start = np.linspace(0.0812, 0.1177, 7)
+    width = 2e-3
 
     def force(t):
         return np.clip((t - start) / width, 0.0, 1.0)
@@ -274,9 +276,12 @@ def test_the_moment_of_a_slider_crank_converges_across_jumps_of_the_acceleration
     t = motion.time.values
 
     def inertia(theta):
-        m, r, L = 7800.0 * 0.02**2 * np.array([0.2, 0.5]), 0.2, 0.5
+        m = 7800.0 * 0.02**2 * np.array([0.2, 0.5])
+        r = 0.2
+        L = 0.5
         bar = [m[k] * (length**2 + 0.02**2) / 12 for k, length in enumerate((r, L))]
-        sine, cosine = -r / L * np.sin(theta), np.sqrt(1 - (r / L * np.sin(theta)) ** 2)
+        sine = -r / L * np.sin(theta)
+        cosine = np.sqrt(1 - (r / L * np.sin(theta)) ** 2)
         turn = -r / L * np.cos(theta) / cosine  # dφ/dθ of the rod
         middle = (-r * np.sin(theta) - L / 2 * sine * turn) ** 2 + (r * np.cos(theta) / 2) ** 2
         slider = -r * np.sin(theta) - L * sine * turn

@@ -8,7 +8,8 @@ from scipy.integrate import quad
 
 import flexband as fb
 
-END, BREAKS = 1.0, (0.1, 0.3, 0.5, 0.6)
+END = 1.0
+BREAKS = (0.1, 0.3, 0.5, 0.6)
 COLUMNS = np.array([1.0, 0.5, -0.7])
 CONTINUOUS = {
     "table from the start on": fb.table([0.0, 2.0], [0.0, 0.6]),
@@ -64,7 +65,8 @@ def driven(place, function):
 
 def loaded(place, function):
     """Return a body with a load, its momentum over the integral of the load, and its speed."""
-    rail, pin = {"r": fb.Slot("b", (0.0, 0.0))}, {"r": fb.Revolute("b", (0.0, 0.0))}
+    rail = {"r": fb.Slot("b", (0.0, 0.0))}
+    pin = {"r": fb.Revolute("b", (0.0, 0.0))}
     flat = fb.loads.Characteristic([1.0, 1.0], place=[-1.0, 1.0], factor=function)
     law = fb.ForceLaw(["b"], constant, parameters=[function])
     load, joints = {

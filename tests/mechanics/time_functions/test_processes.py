@@ -6,7 +6,9 @@ import pytest
 import flexband as fb
 from flexband.mechanics.time_functions.evaluation import Evaluation, table
 
-OMEGA, DAMPING, MEMORY = 2 * np.pi, 0.1, 0.4
+OMEGA = 2 * np.pi
+DAMPING = 0.1
+MEMORY = 0.4
 
 
 def pull(t, x, v, p, force):
@@ -35,7 +37,8 @@ def test_the_variance_of_an_oscillator_under_a_random_force():
     damped = OMEGA * np.sqrt(1 - DAMPING**2)
     for end, found in zip((0.5, 1.0), std[1:], strict=True):
         s, w = np.polynomial.legendre.leggauss(60)
-        s, w = end * (1 + s) / 2, end * w / 2
+        s = end * (1 + s) / 2
+        w = end * w / 2
         h = w * np.exp(-DAMPING * OMEGA * (end - s)) * np.sin(damped * (end - s)) / damped
         variance = h @ np.exp(-(((s[:, None] - s) / MEMORY) ** 2)) @ h
         assert found == pytest.approx(3 * np.sqrt(variance), rel=2e-4)
@@ -72,7 +75,8 @@ def test_a_road_prescribes_accelerations(road):
     standard = np.random.default_rng(0).uniform(-1, 1, (3, road.dimension))
     profile = road.value(standard)
     motion = fb.simulate(shaker(profile), duration=0.5, step=1e-3)
-    x, h = 2 * motion["time"].values[5:-5], 1e-4
+    x = 2 * motion["time"].values[5:-5]
+    h = 1e-4
     exact = 4 * (profile(x + h) - 2 * profile(x) + profile(x - h)) / h**2
     found = motion.sel(output="a_Y").values[:, 5:-5]
     np.testing.assert_allclose(found, exact, atol=3e-3 * np.abs(exact).max())
@@ -110,7 +114,8 @@ def test_accelerations_that_the_terms_lack_are_warned_of():
 
 def test_a_field_is_asked_for_many_times_at_once():
     """Looking for kinks at thousands of times takes one call of a field, not one for each."""
-    times, calls = np.linspace(0.0, 1.0, 1001), []
+    times = np.linspace(0.0, 1.0, 1001)
+    calls = []
 
     def road(t):
         calls.append(np.size(t))
@@ -127,7 +132,8 @@ def test_a_field_is_asked_for_many_times_at_once():
 @pytest.mark.parametrize("wrong", [0.0, 1.0])
 def test_values_at_many_times_are_compared_with_those_at_single_ones(wrong):
     """A function that does not take many times, though it takes five, is called with each."""
-    times, calls = np.linspace(0.0, 1.0, 101), []
+    times = np.linspace(0.0, 1.0, 101)
+    calls = []
 
     def drive(t):
         calls.append(np.size(t))

@@ -6,7 +6,8 @@ from scipy.integrate import quad
 
 import flexband as fb
 
-TO, DURATION = np.array([2.0, -3.0]), np.array([0.5, 0.8])
+TO = np.array([2.0, -3.0])
+DURATION = np.array([0.5, 0.8])
 ramp = fb.ramp(TO, DURATION)
 
 

@@ -18,7 +18,8 @@ UNIT = 1e-3
 
 def sketched(**parts):
     mechanism = fb.Mechanism(**parts)
-    scene, tracks = Scene(mechanism, assembled_configuration(mechanism)), Tracks(mechanism)
+    scene = Scene(mechanism, assembled_configuration(mechanism))
+    tracks = Tracks(mechanism)
     sketch = sketch_mechanism(scene, tracks, UNIT)
     placed = tracks.at_start(scene.start)
 
@@ -37,7 +38,8 @@ def test_the_walls_of_a_stop_are_at_its_limits_across_its_axis():
     point = fb.PointMass(mass=1.0, position=(0.03, 0.04))
     stop = contact.Stop("m", (0.0, 0.0), LAW, lower=-0.1, upper=0.2, axis=(3.0, 4.0))
     sketch, places = sketched(bodies={"m": point}, loads={"stop": stop})
-    axis, across = np.array([0.6, 0.8]), 9e-3 * np.array([-0.8, 0.6])
+    axis = np.array([0.6, 0.8])
+    across = 9e-3 * np.array([-0.8, 0.6])
     walls = hatched(sketch, places)
     assert len(walls) == 2
     for wall, limit in zip(walls, (-0.1, 0.2), strict=True):
@@ -94,7 +96,8 @@ def test_a_slider_has_its_size_and_its_walls_their_clearance():
     np.testing.assert_allclose(below[:, 1], -0.025, atol=1e-12)
     np.testing.assert_allclose(above[:, 1], 0.025, atol=1e-12)
     (block,) = [places(line) for line in sketch.lines if line.part == "joint 'guide'"]
-    c, s = np.cos(0.03), np.sin(0.03)
+    c = np.cos(0.03)
+    s = np.sin(0.03)
     corner = np.array([0.05 * c - 0.02 * s, 0.05 * s + 0.02 * c])
     np.testing.assert_allclose(block[2] - [0.02, 0.001], corner, atol=1e-12)
 

@@ -7,7 +7,8 @@ import flexband as fb
 from tests.report.drawing.test_drawing import part, texts, turn
 
 SPUR = {"width": 0.02, "density": 7800.0}
-SUN, PLANET = 0.1, 0.05
+SUN = 0.1
+PLANET = 0.05
 CENTRE = (SUN + PLANET) * np.array([0.6, 0.8])
 
 

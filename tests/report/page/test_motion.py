@@ -14,7 +14,8 @@ from flexband.report.page.motion.motion import motion_data
 from flexband.uncertainty.inputs.space import Space
 
 BAR = {"height": 0.02, "width": 0.02, "density": 1000.0}
-STEP, OUTPUTS = 5e-4, 300
+STEP = 5e-4
+OUTPUTS = 300
 
 
 def four_bar(length, youngs_modulus):
@@ -107,7 +108,8 @@ def named(kind, name):
 
 
 def test_points_move_as_in_a_simulation():
-    times, position = unpacked(tree()["times"]), unpacked(tree()["position"])
+    times = unpacked(tree()["times"])
+    position = unpacked(tree()["position"])
     np.testing.assert_allclose(times, np.arange(0, OUTPUTS + 1, 2) * STEP, atol=1e-12)
     size = np.abs(position).max()
     for body, corner, point in (("rocker", 0, "rocker.start"), ("rocker", 1, "rocker.end")):
@@ -136,8 +138,10 @@ def test_ends_of_a_bent_beam_are_where_its_joints_are():
 
 
 def test_arrows_are_reactions_and_applied_forces():
-    times, forces = unpacked(tree()["times"]), unpacked(tree()["force"])
-    position, quantum = unpacked(tree()["position"]), tree()["force"]["quantum"]
+    times = unpacked(tree()["times"])
+    forces = unpacked(tree()["force"])
+    position = unpacked(tree()["position"])
+    quantum = tree()["force"]["quantum"]
     for name in "ABCD":
         item = named("forces", name)
         np.testing.assert_allclose(
@@ -154,7 +158,8 @@ def test_arrows_are_reactions_and_applied_forces():
 
 
 def test_samples_are_motions_of_other_inputs():
-    samples, times = tree()["samples"], unpacked(tree()["times"])
+    samples = tree()["samples"]
+    times = unpacked(tree()["times"])
     deviation = unpacked(samples["deviation"])
     assert deviation.shape == (23, len(samples["points"]), 2, len(times))
     (beam,) = [own for own in samples["outlines"] if len(own["points"]) > 2]
@@ -194,7 +199,8 @@ def test_gears_racks_and_guides():
     response = fb.dynamic_response(gears, duration=0.1, step=0.01)
     found, told = motion_data(response, Space({}), samples=0)
     assert found is not None, told
-    position, direction = unpacked(found["position"]), unpacked(found["direction"])
+    position = unpacked(found["position"])
+    direction = unpacked(found["direction"])
     turns = [direction[own["turn"]] for own in frames(found, "joint 'teeth'")]
     angles = [np.arctan2(y, x) for x, y in turns]
     np.testing.assert_allclose(angles[0], 2.0 * unpacked(found["times"]), atol=2e-3)

@@ -49,7 +49,8 @@ def test_a_comparison_tells_what_fields_are_functions_of(tmp_path, monkeypatch):
         return replace(arm(modulus, turn, None), loads={})
 
     response = fb.dynamic_response(free, duration=0.02, step=1e-3)
-    study, drawn = fb.Study(response, inputs, fb.PCCI(1, 1)), {}
+    study = fb.Study(response, inputs, fb.PCCI(1, 1))
+    drawn = {}
     monkeypatch.setattr(
         "flexband.report.results.write_figures",
         lambda file, title, about, table, figures, text: drawn.update(figures),

@@ -155,7 +155,8 @@ def test_an_interval_and_a_lognormal_variable(p, q, slope, half, cv):
     a, variance = np.linspace(1 - half, 1 + half, 2001), np.log(1 + cv**2)
     mean = np.exp((q**2 - q) * variance / 2)
     std = mean * np.sqrt(np.expm1(q**2 * variance))
-    low, high = a**p * (mean - std) + slope * a, a**p * (mean + std) + slope * a
+    low = a**p * (mean - std) + slope * a
+    high = a**p * (mean + std) + slope * a
     off = np.abs(bands["error_bar"].values - [low.min(), high.max()]).max()
     assert off <= 5 * bands.attrs["expected_error"] * (high.max() - low.min())
 
@@ -229,7 +230,8 @@ def test_steep_saturation_does_not_leave_the_range_of_the_runs():
     inputs = {"a": fb.Interval(0, 1), "b": fb.Normal(1.0, 0.1)}
     bands = fb.propagate(lambda a, b: np.tanh(20 * (a + b - 1.3)), inputs, fb.AdaptivePCCI())
     a, (z, w) = np.linspace(0, 1, 401)[:, None], np.polynomial.hermite_e.hermegauss(180)
-    F, w = np.tanh(20 * (a + 1 + 0.1 * z - 1.3)), w / w.sum()
+    F = np.tanh(20 * (a + 1 + 0.1 * z - 1.3))
+    w = w / w.sum()
     std = np.sqrt((F - (F @ w)[:, None]) ** 2 @ w)
     true = np.array([(F @ w - std).min(), (F @ w + std).max()])
     off = np.abs(bands["error_bar"].values - true).max() / np.ptp(true)
@@ -247,7 +249,8 @@ def true_error(bands, truth):
 def test_no_convergence_is_claimed_that_is_not_there(f):
     case = formula(f)
     bands = fb.propagate(case.response, case.inputs, fb.AdaptivePCCI(0.01, max_runs=40))
-    true, wrong = true_error(bands, case.reference()), f in (chirp, bifurcation, pulse)
+    true = true_error(bands, case.reference())
+    wrong = f in (chirp, bifurcation, pulse)
     assert bands.attrs["expected_error"] > true / 5
     assert (true > 0.05) == wrong
     assert bool(bands["trusted"]) or wrong
@@ -380,7 +383,8 @@ def test_places_of_extremes_are_apart_and_not_reached_yet():
 def test_runs_fitted_later_count_by_the_probability_of_what_is_nearest_to_them():
     index = np.array([[0, 0], [1, 0], [0, 1], [0, 2], [2, 1]])  # of e and x
     design = NestedDesign(index, [HERMITE])
-    end, middle = ndtr(-np.sqrt(3) / 2), 0.5  # e is nearest to 1, −1 or 0 with 1/4, 1/4 and 1/2
+    end = ndtr(-np.sqrt(3) / 2)
+    middle = 0.5  # e is nearest to 1, −1 or 0 with 1/4, 1/4 and 1/2
     np.testing.assert_allclose(design.weights(0), [1, 0.25, end, end, middle * end], rtol=1e-5)
     np.testing.assert_array_equal(design.weights(3), design.weights(0)[3:])
     uniform = NestedDesign(np.arange(6)[:, None], [LEGENDRE])
@@ -415,7 +419,8 @@ def test_phases_need_equidistant_times_and_values_do_not():
 
 def test_twenty_inputs():
     """An additive function with one product: bounds and moments are known."""
-    m, n = 10, 10
+    m = 10
+    n = 10
     weights = 0.7 ** np.arange(10)
 
     def response(**values):
@@ -536,7 +541,9 @@ class Open:
     """An oscillator with errors of its step h, order two, and of its mesh, order four in 1/n."""
 
     def __init__(self, h=1.0, n=2, left_out=("step", "elements")):
-        self.h, self.n, self.given = h, n, left_out
+        self.h = h
+        self.n = n
+        self.given = left_out
 
     def left_out(self, x, e):
         return list(self.given)
@@ -626,7 +633,9 @@ class Computed(Open):
 
     def __init__(self, other, h=0.5, n=100, left_out=("step",), quantities=(), tensor_names=()):
         super().__init__(h, n, left_out)
-        self.other, self.names, self.tensor_names = other, quantities, tensor_names
+        self.other = other
+        self.names = quantities
+        self.tensor_names = tensor_names
 
     def _at(self, h, n):
         return type(self)(self.other, h, n, self.given, self.names, self.tensor_names)

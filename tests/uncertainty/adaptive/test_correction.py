@@ -12,7 +12,8 @@ from flexband.analysis.selection import select_places
 
 TIMES = np.linspace(0.0, 1.0, 201)
 INPUTS = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
-CORRECTED, PLAIN = fb.AdaptivePCCI(1e-2), fb.AdaptivePCCI(1e-2, correct=False)
+CORRECTED = fb.AdaptivePCCI(1e-2)
+PLAIN = fb.AdaptivePCCI(1e-2, correct=False)
 BANDS = ("mean", "error_bar")
 
 
@@ -95,7 +96,8 @@ def test_a_known_error_is_corrected_and_what_is_left_of_it_is_expected(law, kind
     plain, bands = (fb.propagate(StepError(law), INPUTS, m) for m in (PLAIN, CORRECTED))
     assert bands.attrs["corrected"] == f"step of u0 by {kind}"
     assert "corrected" not in plain.attrs
-    before, after = max(relative(plain, exact)), max(relative(bands, exact))
+    before = max(relative(plain, exact))
+    after = max(relative(bands, exact))
     assert before > 0.03
     assert after < before / gain
     assert after / 3 < bands.attrs["expected_error"] < max(5 * after, 1e-3)
@@ -147,7 +149,8 @@ def test_verification_confirms_a_corrected_surrogate(shifted):
 
 
 def test_runs_follow_the_surrogate_before_its_correction(shifted):
-    xi, eta = np.array([[0.3], [-1.0]]), np.array([[0.5], [-0.2]])
+    xi = np.array([[0.3], [-1.0]])
+    eta = np.array([[0.5], [-0.2]])
     run = StepError(off_by_a_third)(x=xi[:, 0], e=eta[:, 0])
     exact = StepError(off_by_a_third, 0.0)(x=xi[:, 0], e=eta[:, 0])
     np.testing.assert_allclose(shifted.uncorrected.standard(xi, eta), run, atol=1e-9)
@@ -212,7 +215,8 @@ class CancellingError(StepError):
         return {"step": replace(self, h=self.h / 2), "elements": replace(self, n=self.n / 2)}
 
     def __call__(self, x, e):
-        h, n = self.h**2, self.n**2
+        h = self.h**2
+        n = self.n**2
         shift = (0.5 * h - 0.5 * n - 0.1 * h * n) * np.cos(2 * TIMES)
         return labelled((x[:, None] * (1 + TIMES) + e[:, None] * (1 + 0.2 * shift) + shift,))
 

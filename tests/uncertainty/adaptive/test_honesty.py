@@ -32,7 +32,8 @@ FORMULAS = [
 def sampled(case, corners, inside, samples):
     """Return bands from samples ξ at random η: lower bounds of the true ranges."""
     space = Space(case.inputs)
-    n, m = space.random_dimension, space.interval_dimension
+    n = space.random_dimension
+    m = space.interval_dimension
     rng = np.random.default_rng(0)
     eta = np.concatenate([rng.choice([-1.0, 1.0], (corners, m)), rng.uniform(-1, 1, (inside, m))])
     xi = qmc.MultivariateNormalQMC(np.zeros(n), rng=rng).random(samples) if n else np.zeros((1, 0))
@@ -40,7 +41,8 @@ def sampled(case, corners, inside, samples):
     values = space.values(np.tile(xi, (len(eta), 1)), np.repeat(eta, len(xi), axis=0))
     F = case.response(**values).values
     F = F.reshape(len(eta), len(xi), *F.shape[1:])
-    mean, std = F.mean(axis=1), F.std(axis=1)
+    mean = F.mean(axis=1)
+    std = F.std(axis=1)
     return (
         np.stack([mean.min(axis=0), mean.max(axis=0)]),
         np.stack([(mean - std).min(axis=0), (mean + std).max(axis=0)]),
@@ -50,7 +52,8 @@ def sampled(case, corners, inside, samples):
 @pytest.mark.parametrize("family", FORMULAS)
 def test_references_agree_with_samples(family):
     case = draw(family, 5)
-    truth, found = case.reference(1), sampled(case, 16, 64, 256)
+    truth = case.reference(1)
+    found = sampled(case, 16, 64, 256)
     width = (truth[1][1] - truth[1][0]).mean(axis=-1) + 1e-9 * np.abs(truth[1]).mean(axis=(0, 2))
     for exact, own in zip(truth, found, strict=True):
         outside = np.maximum(exact[0] - own[0], own[1] - exact[1]).mean(axis=-1)
@@ -84,7 +87,9 @@ def test_rules(kind):
 
 @pytest.mark.parametrize("family", ["ring", "many", "units"])
 def test_cases_depend_on_family_and_seed_only(family):
-    one, same, other = draw(family, 3), draw(family, 3), draw(family, 4)
+    one = draw(family, 3)
+    same = draw(family, 3)
+    other = draw(family, 4)
     assert one.inputs == same.inputs != other.inputs
     values = {name: np.array([i.value(np.full((1, 1), 0.3))[0]]) for name, i in one.inputs.items()}
     np.testing.assert_array_equal(one.response(**values), same.response(**values))
@@ -144,7 +149,8 @@ def test_verdicts(true, claim, expected):
 
 def test_references_of_a_mechanism_agree_with_samples():
     case = draw("pendulum", 4)
-    truth, found = case.reference(1), sampled(case, 8, 8, 32)
+    truth = case.reference(1)
+    found = sampled(case, 8, 8, 32)
     width = (truth[1][1] - truth[1][0]).mean(axis=-1)
     for exact, own in zip(truth, found, strict=True):
         assert (np.abs(exact - own).mean(axis=(0, 2)) < 0.1 * width).all()

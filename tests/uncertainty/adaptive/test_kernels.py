@@ -18,7 +18,8 @@ import flexband as fb
 from benchmarks.honesty.cases import draw
 from tests.kernels import other_kernels
 
-NORMAL, INTERVAL = fb.Normal(0.0, 1.0), fb.Interval(-1.0, 1.0)
+NORMAL = fb.Normal(0.0, 1.0)
+INTERVAL = fb.Interval(-1.0, 1.0)
 BANDS = "mean", "error_bar"
 DRAWN = ("friction", 500), ("veering", 500), ("stops", 501)
 

@@ -60,7 +60,8 @@ def test_reactions_of_an_undamped_member_are_named_with_the_frequency_of_its_wav
     assert [one.output for one in verdicts] == ["F_X", "F_Y"]
     assert {one.cause for one in verdicts} == {Cause.WAVES}
     assert {one.part for one in verdicts} == {"step"}
-    rigidity, mass = 2.1e11 * 0.01 * 0.01**3 / 12, 7800 * 0.01**2
+    rigidity = 2.1e11 * 0.01 * 0.01**3 / 12
+    mass = 7800 * 0.01**2
     bending = [
         (n * np.pi / LENGTH) ** 2 * np.sqrt(rigidity / mass) / (2 * np.pi) for n in (1, 2, 3, 4)
     ]
@@ -103,7 +104,9 @@ def test_what_is_advised_helps(options):
 @pytest.mark.parametrize("halvings", [1, 3])
 def test_the_error_of_a_lag_after_halvings_is_that_of_a_late_sine(halvings):
     """A sine of 40 Hz that lags as with a step h, h/2 and so on, at 4000 times."""
-    t, f, h = np.linspace(0.0, 1.0, 4001), 40.0, 2e-4
+    t = np.linspace(0.0, 1.0, 4001)
+    f = 40.0
+    h = 2e-4
     lag = 2 * np.pi * f * (2 * np.pi * f * h) ** 2 / 12
 
     def sine(step):

@@ -30,7 +30,8 @@ def scanned(m, discs, count=50_000):
     for k in discs:
         angle = rng.uniform(0, 2 * np.pi, count)
         radius = RADIUS * np.where(ends[:, k], 1.0, np.sqrt(rng.random(count)))
-        points[:, k], points[:, k + 1] = radius * np.cos(angle), radius * np.sin(angle)
+        points[:, k] = radius * np.cos(angle)
+        points[:, k + 1] = radius * np.sin(angle)
     return points
 
 
@@ -40,7 +41,8 @@ def test_a_linear_response_reaches_its_slope_times_the_radius(m, discs):
     slopes = linear.coefficients[np.argsort(linear.index @ np.arange(1, m + 1))][1:]
     reach = np.abs(slopes)
     for k in discs:
-        reach[k], reach[k + 1] = RADIUS * np.hypot(slopes[k], slopes[k + 1]), 0.0
+        reach[k] = RADIUS * np.hypot(slopes[k], slopes[k + 1])
+        reach[k + 1] = 0.0
     (bounds,) = extremes(linear, [0.0])
     exact = linear.coefficients[0] + np.array([[-1.0], [1.0]]) * reach.sum(axis=0)
     np.testing.assert_allclose(bounds.values, exact, rtol=1e-9)
@@ -67,7 +69,8 @@ def least(polynomial, discs, start):
     """Return the minimum near a place, in the radius and the angle of each disc, by SciPy."""
     x, bounds = start.copy(), [(-1.0, 1.0)] * len(start)
     for k in discs:
-        x[k], x[k + 1] = np.hypot(*start[k : k + 2]), np.arctan2(start[k + 1], start[k])
+        x[k] = np.hypot(*start[k : k + 2])
+        x[k + 1] = np.arctan2(start[k + 1], start[k])
         bounds[k : k + 2] = (0.0, RADIUS), (None, None)
 
     def value(x):
@@ -91,8 +94,10 @@ def test_minima_beside_lower_points_of_the_scan_are_found(seed):
         crank=fb.Play(0.2 * crank), pin=fb.Play(0.1 * pin), length=length
     )
     (expansion,) = narrowed.expansions
-    mean, points = narrowed.bands()["mean"].values, scanned(5, (0, 3), 5000)
-    of_points, width = expansion.moments(points)[0].reshape(len(points), -1), np.ptp(mean, axis=0)
+    mean = narrowed.bands()["mean"].values
+    points = scanned(5, (0, 3), 5000)
+    of_points = expansion.moments(points)[0].reshape(len(points), -1)
+    width = np.ptp(mean, axis=0)
     for k, sign in enumerate((1.0, -1.0)):
         for t in range(11):
             start = points[np.argmin(sign * of_points[:, t])]

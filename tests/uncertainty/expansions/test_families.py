@@ -75,7 +75,10 @@ def test_a_quadratic_response_of_uniform_normal_and_interval(method):
     inputs = {"u": fb.Uniform(1.0, 2.0), "a": fb.Normal(1.0, 0.3), "e": fb.Interval(-1.0, 1.0)}
     bands = fb.propagate(lambda u, a, e: u**2 + e * u * a, inputs, method)
     mean = 7 / 3 + 1.5 * np.array([-1, 1])
-    uu, uuu, uuuu, aa = 7 / 3, 15 / 4, 31 / 5, 1.09
+    uu = 7 / 3
+    uuu = 15 / 4
+    uuuu = 31 / 5
+    aa = 1.09
     var = uuuu + 2 * np.array([-1, 1]) * uuu + uu * aa - mean**2
     np.testing.assert_allclose(bands["mean"], mean, rtol=1e-12)
     np.testing.assert_allclose(bands["error_bar"][1], (mean + np.sqrt(var))[1], rtol=1e-12)
@@ -142,10 +145,15 @@ def moments_of_waves(uniform, normal, interval, times, eta):
 def test_a_frequency_that_is_uniform(method, interval):
     """E cos = cos ωt sin(at)/(at), over many periods, with an interval and alone."""
     inputs: dict = {"u": fb.Uniform(-1.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
-    response, eta = ringing, np.linspace(-1, 1, 4001)[:, None]
+    response = ringing
+    eta = np.linspace(-1, 1, 4001)[:, None]
     if not interval:
         del inputs["e"]
-        response, eta = lambda u: ringing(u, 0 * u), np.zeros((1, 1))
+        eta = np.zeros((1, 1))
+
+        def response(u):
+            return ringing(u, 0 * u)
+
     bands = fb.propagate(response, inputs, method)
     mean, std = moments_of_waves([0.5], [0.0], interval, TIMES, eta)
     limit = 1e-5  # of the scan of η, and of the split of runs

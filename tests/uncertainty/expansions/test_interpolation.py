@@ -17,7 +17,8 @@ from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 DESIGNS = [NestedDesign.first(2, (HERMITE,), most) for most in (4, 6, 8)]
-ROWS, TIMES = 5, 3
+ROWS = 5
+TIMES = 3
 
 
 def stage(seed: int) -> Stage:
@@ -34,8 +35,10 @@ def reference(design: NestedDesign, series: np.ndarray) -> HybridExpansion:
 
 @given(st.integers(0, 99), st.sets(st.integers(0, ROWS - 1), min_size=1), st.booleans())
 def test_rows_and_times(seed, chosen, thinned):
-    which, times = np.array(sorted(chosen)), slice(None, None, 2) if thinned else slice(None)
-    runs, points = stage(seed), np.random.default_rng(seed).uniform(-1, 1, (4, 3))
+    which = np.array(sorted(chosen))
+    times = slice(None, None, 2) if thinned else slice(None)
+    runs = stage(seed)
+    points = np.random.default_rng(seed).uniform(-1, 1, (4, 3))
     where = points[:, :1], points[:, 1:]
     whole = reference(DESIGNS[-1], runs.base).of_rows(ROWS, which, times)
     own = DESIGNS[-1].fit(runs).of_rows(ROWS, which, times)
@@ -47,8 +50,10 @@ def test_rows_and_times(seed, chosen, thinned):
 
 def test_coefficients_take_the_place_of_runs():
     """Rows of fits with fewer terms are those of these fits."""
-    runs, points = stage(1), np.random.default_rng(2).uniform(-1, 1, (4, 3))
-    own, wanted = [], np.empty((4, ROWS, TIMES))
+    runs = stage(1)
+    points = np.random.default_rng(2).uniform(-1, 1, (4, 3))
+    own = []
+    wanted = np.empty((4, ROWS, TIMES))
     for design, rows in zip(DESIGNS, ([1], [0, 3], [2, 4]), strict=True):
         first = runs.part(slice(len(design)))
         fit = design.fit(first).of_rows(ROWS, np.array(rows), slice(None))
@@ -73,7 +78,8 @@ def test_runs_grow(batches, budget):
         )
 
     runs = RunBuffer(batch(3), 2, budget)
-    fitted, held = [0, 1], [2]
+    fitted = [0, 1]
+    held = [2]
     for is_fitted, count in batches:
         new = batch(count)
         (runs.fit if is_fitted else runs.hold)(new)

@@ -61,7 +61,8 @@ def test_gauss_points_are_those_of_chaospy(kind):
 def test_karhunen_loeve_is_that_of_openturns(nu):
     """Linear elements there, polynomials of high order here."""
     ot = pytest.importorskip("openturns")
-    length, end = 0.7, 2.0
+    length = 0.7
+    end = 2.0
     correlation = fb.fields.exponential if nu == 0.5 else fb.fields.Matern(nu)
     model = ot.MaternModel([length], [1.0], nu)
     mesh = ot.IntervalMesher([400]).build(ot.Interval(0.0, end))

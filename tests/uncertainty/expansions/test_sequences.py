@@ -59,11 +59,13 @@ def test_intervals_start_as_the_paper_points():
 
 def test_leja_points_are_the_largest_of_the_product():
     """Against a scan; the largest of x(1 − x²) is at 1/√3."""
-    x, fine = interval_sequence(COUNT), np.linspace(-1, 1, 20001)
+    x = interval_sequence(COUNT)
+    fine = np.linspace(-1, 1, 20001)
     assert x[3] == pytest.approx(1 / np.sqrt(3), abs=1e-10)
     for k in range(2, COUNT):
         assert product(x[k : k + 1], x[:k])[0] >= (1 - 1e-9) * product(fine, x[:k]).max()
-    x, fine = normal_sequence(COUNT), np.linspace(-14, 14, 20001)
+    x = normal_sequence(COUNT)
+    fine = np.linspace(-14, 14, 20001)
     weight = np.exp(-(fine**2) / 4)
     for k in range(9, COUNT, 2):
         here = product(x[k : k + 1], x[:k])[0] * np.exp(-(x[k] ** 2) / 4)

@@ -45,7 +45,8 @@ def test_polynomials_of_a_beta_variable_are_those_of_jacobi(a, b):
     family = fb.Beta(a, b).family
     for count in (3, 12, 40):
         x, w = roots_jacobi(count, b - 1, a - 1)
-        mean, std = a / (a + b), np.sqrt(a * b / ((a + b) ** 2 * (a + b + 1)))
+        mean = a / (a + b)
+        std = np.sqrt(a * b / ((a + b) ** 2 * (a + b + 1)))
         found = family.gauss(count)
         np.testing.assert_allclose(found[0], ((x + 1) / 2 - mean) / std, atol=1e-12)
         np.testing.assert_allclose(found[1], w / w.sum(), atol=1e-12)
@@ -149,7 +150,10 @@ def exact(one, f):
     low, high = one.frozen.ppf([1e-14, 1 - 1e-14])
     pdf, kinks = one.frozen.pdf, [one.frozen.mean(), getattr(one, "mode", one.frozen.median())]
     if one == KINDS["singular"]:  # no density at the ends
-        low, high, pdf, kinks = 0.0, 1.0, lambda u: 1.0, []
+        low = 0.0
+        high = 1.0
+        pdf = np.ones_like
+        kinks = []
         own, f = f, lambda u: own(one.frozen.ppf(u))
     mean = quad(lambda x: f(x) * pdf(x), low, high, points=kinks, limit=200)[0]
     var = quad(lambda x: (f(x) - mean) ** 2 * pdf(x), low, high, points=kinks, limit=200)[0]
@@ -181,7 +185,8 @@ def test_moments_of_functions(kind):
         assert (high - low)[2] / 2 == pytest.approx(std[2], rel=1e-6)
 
 
-B, C = np.sqrt(6) / np.pi, np.sqrt(3)
+B = np.sqrt(6) / np.pi
+C = np.sqrt(3)
 WAVES = {
     "gumbel": (
         fb.Gumbel(0.0, 1.0),
@@ -334,7 +339,8 @@ def test_weibull_and_beta_by_their_moments():
     inputs = {"e": fb.Weibull(mean=fb.Interval(4.8, 5.2), cv=fb.Interval(0.1, 0.2))}
     inputs["b"] = fb.Beta(mean=fb.Interval(0.2, 0.4), std=0.1)
     bands = fb.propagate(lambda e, b: e + b, inputs, fb.ImprovedPCCI(6, 2))
-    low, high = 4.8 + 0.2 - np.hypot(4.8 * 0.2, 0.1), 5.2 + 0.4 + np.hypot(5.2 * 0.2, 0.1)
+    low = 4.8 + 0.2 - np.hypot(4.8 * 0.2, 0.1)
+    high = 5.2 + 0.4 + np.hypot(5.2 * 0.2, 0.1)
     np.testing.assert_allclose(bands["error_bar"], [low, high], rtol=1e-5)
     assert list(bands["input"].values) == ["b.mean", "e.cv", "e.mean"]
 
@@ -449,7 +455,9 @@ def test_a_coefficient_of_variation_in_per_cent_is_remarked_on(kind):
 @pytest.mark.parametrize("apart", [0.0, 4.0, 20.0])
 def test_the_bandwidth_of_samples_survives_two_suppliers(apart):
     """Beyond the upper mean by 3.5 σ, in the median of draws; Silverman's rule finds 6·10⁻²."""
-    sigma, beyond, wide = 0.01, [], []
+    sigma = 0.01
+    beyond = []
+    wide = []
     for seed in range(60):
         rng = np.random.default_rng(31_000 + seed)
         groups = [rng.normal(350 + k * apart * sigma, sigma, 60) for k in (0, 1)]

@@ -168,7 +168,8 @@ def test_the_remark_points_to_the_line_of_the_caller():
 
 def test_first_runs_show_that_all_inputs_have_effects():
     space = Space({"a": fb.Interval(0.0, 1.0), "c": fb.Normal(0.0, 1.0)})
-    xi, eta = np.array([[0.0], [0.0], [1.0]]), np.array([[0.0], [1.0], [0.0]])
+    xi = np.array([[0.0], [0.0], [1.0]])
+    eta = np.array([[0.0], [1.0], [0.0]])
     assert all_have_effects(space, (xi, eta), xi + eta)
     assert not all_have_effects(space, (xi, eta), 1e-17 * xi + eta + 1.0)
     assert not all_have_effects(space, (xi[:2], eta[:2]), xi[:2] + eta[:2])

@@ -94,7 +94,8 @@ def test_a_buffer_that_is_used_again_is_copied():
     def reusing(x, e):
         times[:] = TIMES
         buffer[: len(x)] = x[:, None] * times + e[:, None]
-        x[:], e[:] = np.nan, np.nan  # arguments may be written into
+        x[:] = np.nan
+        e[:] = np.nan  # arguments may be written into
         return xr.DataArray(buffer[: len(x)], dims=("run", "time"), coords={"time": times})
 
     bands = fb.propagate(reusing, INPUTS, fb.PCCI(2, 2), batch=4)

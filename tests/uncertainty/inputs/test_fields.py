@@ -195,7 +195,8 @@ def test_the_variance_error_is_that_of_samples(expansion, correlation):
         **UNIT, terms=3, nodes=5, correlation=correlation, discretization=expansion
     )
     x, weights = np.polynomial.legendre.leggauss(200)
-    x, series = 1 + x, field.expansion
+    x = 1 + x
+    series = field.expansion
     if expansion is fb.fields.eole:  # ξ_i = φ_iᵀ u(nodes)/√χ_i
         combined = series.eigenvectors / np.sqrt(series.eigenvalues)
         covariance = correlation(x[:, None] - series.nodes) @ combined

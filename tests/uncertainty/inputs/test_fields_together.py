@@ -8,7 +8,8 @@ import xarray as xr
 
 import flexband as fb
 
-X, TIMES = np.linspace(0.0, 1.0, 9), np.linspace(0.0, 2.0, 17)
+X = np.linspace(0.0, 1.0, 9)
+TIMES = np.linspace(0.0, 2.0, 17)
 WEIGHT = np.cos(3 * X) / 9
 
 
@@ -38,7 +39,8 @@ def response(modulus, thickness, wind, road, supplier):
 
 def exact():
     """Return the lowest and the highest mean, and σ, with the first supplier."""
-    modulus, wind = INPUTS["modulus"], replace(INPUTS["wind"], domain=(0.0, 2.0))
+    modulus = INPUTS["modulus"]
+    wind = replace(INPUTS["wind"], domain=(0.0, 2.0))
     parts = 0.3 * modulus.expansion.basis(X) @ WEIGHT, 0.2 * wind.expansion.basis(TIMES)
     std = np.sqrt(np.sum(parts[0] ** 2) + np.sum(parts[1] ** 2, axis=0))
     thickness = replace(INPUTS["thickness"], domain=(0.0, 1.0))

@@ -33,7 +33,8 @@ def moments(response, kind):
         "uniform": np.polynomial.legendre.leggauss,
     }[kind]
     x, w = rule(60)
-    values, w = response(x).values, w / w.sum()
+    values = response(x).values
+    w = w / w.sum()
     mean = w @ values
     return mean, np.sqrt(w @ (values - mean) ** 2)
 
@@ -78,7 +79,8 @@ def test_one_input_of_one_kind(response, kind, method, tolerance, tmp_path):
     at = np.array([-0.4, 0.7])
     np.testing.assert_allclose(surrogate.evaluate(e=at), response(at), atol=3 * tolerance)
     if kind == "interval":
-        mean, std = response(at).values, 0.0
+        mean = response(at).values
+        std = 0.0
         found = surrogate.moments(e=at)
     else:
         mean, std = moments(response, kind)
@@ -149,7 +151,8 @@ def test_points_of_forty_variables():
 
 
 def test_a_rule_in_forty_variables_is_too_large():
-    orders, reach = np.full(40, np.int64(3)), np.full(40, 0.1)
+    orders = np.full(40, np.int64(3))
+    reach = np.full(40, 0.1)
     for family in (HERMITE, LEGENDRE):
         change = PhaseChange([family] * 40, orders, reach, np.ones((1, 40)))
         assert resolving_rule(change) is None

@@ -9,7 +9,8 @@ import flexband as fb
 from benchmarks.play.linkages import Dyad, Linkage, ends, four_bar, stephenson
 from flexband.errors import InputError
 
-A, B = 3.0, -2.0
+A = 3.0
+B = -2.0
 SIZE = np.hypot(A, B)
 
 
@@ -117,7 +118,8 @@ def test_random_inputs_scatter_beside_plays():
 
 def test_scans_are_over_the_disc():
     """Of 17 points in each direction, 64 are on the rim, at most 1/8 rad apart."""
-    inputs, reached = {"pin": fb.Play(0.1), "length": fb.Interval(1.0, 1.1)}, []
+    inputs = {"pin": fb.Play(0.1), "length": fb.Interval(1.0, 1.1)}
+    reached = []
 
     def response(pin, length):
         reached.append(np.hypot(*pin).max())

@@ -13,7 +13,9 @@ from flexband.uncertainty.expansions.discrete import DiscretePolynomials
 
 SHARES = np.array([0.9, 0.09, 0.01])
 SUPPLIERS = fb.Choice("A", "B", "C", probabilities=SHARES)
-LEVELS, SLOPES, STD = np.array([0.0, 1.0, 2.5]), np.array([0.5, -0.5, 0.5]), 0.2
+LEVELS = np.array([0.0, 1.0, 2.5])
+SLOPES = np.array([0.5, -0.5, 0.5])
+STD = 0.2
 INPUTS = {"supplier": SUPPLIERS, "x": fb.Normal(0.0, STD), "e": fb.Interval(-1.0, 1.0)}
 E = np.linspace(-1.0, 1.0, 2001)[:, None]
 

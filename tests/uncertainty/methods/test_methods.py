@@ -50,7 +50,8 @@ def decay(amplitude, rate):
 def test_decay(method, tolerance, runs):
     inputs = {"amplitude": fb.Normal(1.5, 0.2), "rate": fb.Interval(0.1, 0.2)}
     bands = fb.propagate(decay, inputs, method)
-    slow, fast = np.exp(-0.1 * TIME), np.exp(-0.2 * TIME)
+    slow = np.exp(-0.1 * TIME)
+    fast = np.exp(-0.2 * TIME)
     np.testing.assert_allclose(bands["mean"], [1.5 * fast, 1.5 * slow], atol=tolerance)
     np.testing.assert_allclose(bands["error_bar"], [1.3 * fast, 1.7 * slow], atol=tolerance)
     np.testing.assert_allclose(bands["error_bar_lower"], [1.3 * fast, 1.3 * slow], atol=tolerance)
@@ -100,7 +101,8 @@ def test_an_expansion_that_fails_says_so():
         "omega": fb.Normal(0.0, 0.02 * 2 * np.pi),
         "mean": fb.Interval(0.95 * 2 * np.pi, 1.05 * 2 * np.pi),
     }
-    exact_mean, exact_bar = [-0.78237570, 0.80775274], [-1.05516588, 1.05516695]
+    exact_mean = [-0.78237570, 0.80775274]
+    exact_bar = [-1.05516588, 1.05516695]
     rough = fb.propagate(wave, inputs, fb.ImprovedPCCI(2, 2))
     off = max(
         np.abs(rough["mean"] - exact_mean).max(), np.abs(rough["error_bar"] - exact_bar).max()
@@ -191,7 +193,8 @@ def test_samples_are_reproducible_and_stratified():
 
     for seed in (5, 5, 6):
         bands = fb.propagate(response, inputs, fb.LHSScanning(50, 2, seed=seed))
-    mean, std = seen[-1].mean(), seen[-1].std(ddof=1)  # Eq. (10)
+    mean = seen[-1].mean()
+    std = seen[-1].std(ddof=1)  # Eq. (10)
     np.testing.assert_allclose(bands["error_bar"], [mean - std, mean + std], rtol=1e-12)
     np.testing.assert_array_equal(seen[0], seen[1])
     assert np.any(seen[0] != seen[2])
@@ -293,7 +296,8 @@ def test_orders_of_each_input_reproduce_a_polynomial_of_these_degrees(data):
     weights = weights / weights.sum()
     mean = weights @ (1 + nodes) ** k["a"] * (weights @ (2 + nodes) ** k["b"])
     square = weights @ (1 + nodes) ** (2 * k["a"]) * (weights @ (2 + nodes) ** (2 * k["b"]))
-    least, most = 2.0 ** (q["x"] + q["y"]), 4.0 ** (q["x"] + q["y"])
+    least = 2.0 ** (q["x"] + q["y"])
+    most = 4.0 ** (q["x"] + q["y"])
     np.testing.assert_allclose(bands["mean"], [mean * least, mean * most], rtol=1e-9)
     top = (mean + np.sqrt(max(square - mean**2, 0.0))) * most
     assert float(bands["error_bar"][1]) == pytest.approx(top, rel=1e-6)

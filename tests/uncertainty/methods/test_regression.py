@@ -27,7 +27,8 @@ def stacked(values, count):
 
 def test_left_out_errors_are_those_of_refits():
     rng = np.random.default_rng(1)
-    A, series = rng.standard_normal((12, 5)), rng.standard_normal((12, 3))
+    A = rng.standard_normal((12, 5))
+    series = rng.standard_normal((12, 3))
     coefficients, left_out = least_squares(A, series)
     np.testing.assert_allclose(coefficients, np.linalg.lstsq(A, series)[0], atol=1e-12)
     for run in range(12):
@@ -42,7 +43,8 @@ def test_the_correction_is_that_of_the_terms_taken():
     xi, eta = nested_points(40, 2, families)
     values = normalized_values(index, xi, eta, families)
     fit = sparse_fit(values, index, np.exp(0.3 * xi[:, :2] + 0.2 * eta[:, :2]))
-    A, P = values[:, fit.which], len(fit.which)
+    A = values[:, fit.which]
+    P = len(fit.which)
     assert P > 4
     T = 40 / (40 - P) * (1 + np.trace(np.linalg.inv(A.T @ A)))
     assert fit.correction == pytest.approx(np.sqrt(T), rel=1e-9)

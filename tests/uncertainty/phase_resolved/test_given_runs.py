@@ -43,7 +43,8 @@ def test_a_known_error_is_corrected_and_what_is_left_of_it_is_expected(method, o
     response = StepError(smooth(order))
     exact = bands_of(replace(response, h=0.0), fb.AdaptivePCCI(1e-5))
     plain, bands = (bands_of(response, m) for m in (replace(method, correct=False), method))
-    before, after = max(relative(plain, exact)), max(relative(bands, exact))
+    before = max(relative(plain, exact))
+    after = max(relative(bands, exact))
     assert bands.attrs["corrected"] == "step of u0 by values"
     assert after < before / 12
     assert after / 3 < bands.attrs["expected_error"] < max(5 * after, 1e-3)

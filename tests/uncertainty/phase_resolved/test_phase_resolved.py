@@ -78,7 +78,8 @@ def test_the_error_expected_is_not_below_a_fifth_of_the_true_one(f, order):
     bands = fb.propagate(
         formula(f).response, FORMULA_INPUTS, fb.methods.PhaseResolvedPCCI(order, 1)
     )
-    true, told = errors(bands, reference), []
+    true = errors(bands, reference)
+    told = []
     for k, name in enumerate(("mean", "error_bar")):
         size = float(np.abs(reference[name]).mean())
         told.append(float(bands[f"{name}_expected_error"].mean()) / size)
@@ -196,7 +197,8 @@ def test_a_ringing_response_may_have_random_inputs_only(method):
 @pytest.mark.parametrize("kind", [stats.lognorm(0.3), stats.uniform(0.5), stats.gumbel_r(1, 0.3)])
 def test_two_points_of_a_skew_input_do_not_hide_its_tail(kind):
     """Of x² + e, whose bands have closed forms, orders (1, 1) miss the curvature in x."""
-    square, fourth = kind.moment(2), kind.moment(4)
+    square = kind.moment(2)
+    fourth = kind.moment(4)
     bands = fb.propagate(
         lambda x, e: (x**2 + e)[:, None] * np.ones(40),
         {"x": kind, "e": fb.Interval(-0.1, 0.1)},

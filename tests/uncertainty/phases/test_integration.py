@@ -35,7 +35,8 @@ def surrogate():
 
 
 def test_moments_of_a_frequency_that_is_quadratic_in_a_random_input(surrogate):
-    found, exact = surrogate.moments(e=1.0), exact_moments(1.0)
+    found = surrogate.moments(e=1.0)
+    exact = exact_moments(1.0)
     np.testing.assert_allclose(found["mean"].values.ravel(), exact[0], atol=1e-4)
     np.testing.assert_allclose(found["std"].values.ravel() ** 2, exact[1] ** 2, atol=1e-4)
     assert surrogate.diagnostics.attrs["integration_error"] < 1e-4
@@ -67,16 +68,19 @@ def test_moments_of_a_frequency_with_a_lognormal_factor(cv):
     time = TIMES[: 120 if cv > 0.2 else 241]
 
     def wave(f, e):
-        f, e = np.asarray(f)[:, None], np.asarray(e)[:, None]
+        f = np.asarray(f)[:, None]
+        e = np.asarray(e)[:, None]
         values = np.cos(2 * np.pi * e * (1 + 0.05 * np.tanh(f - 1)) * time)
         return xr.DataArray(values, {"time": time}, ("sample", "time"))
 
     found = fb.expand(wave, inputs, fb.AdaptivePCCI(0.01))
-    z, s = np.linspace(-8, 8, 4001), np.sqrt(np.log1p(cv**2))
+    z = np.linspace(-8, 8, 4001)
+    s = np.sqrt(np.log1p(cv**2))
     weights = np.exp(-z * z / 2) / np.exp(-z * z / 2).sum()
     values = wave(np.exp(s * z - s * s / 2), np.ones_like(z)).values
     mean = weights @ values
-    moments, bands = found.moments(e=1.0), found.bands()
+    moments = found.moments(e=1.0)
+    bands = found.bands()
     error = np.abs(moments["mean"].values.ravel() - mean).mean()
     width = float((bands["error_bar"][1] - bands["error_bar"][0]).mean())
     assert error < 2 * bands.attrs["expected_error"] * width

@@ -57,7 +57,9 @@ def moments_of_a_wave(size, times, interval=0.3, bend=0.0, first=0.0):
     """
 
     def average(k):
-        a, rest, b = k * first * times, k**2 * (size**2 - first**2) * times**2, k * bend * times
+        a = k * first * times
+        rest = k**2 * (size**2 - first**2) * times**2
+        b = k * bend * times
         bent = np.exp(-1j * b - a**2 / (2 * (1 - 2j * b))) / np.sqrt(1 - 2j * b)
         return bent * np.exp(-rest / 2) * np.exp(1j * k * (10.0 + interval * FINE) * times)
 
@@ -149,7 +151,8 @@ def test_smooth_moments_have_the_polynomials_that_they_need(seed):
     s = surrogate(index, phases, [part(1.0), part(0.5)], part(0.5), [HERMITE] * 2)
     own = terms.PartTerms.from_expansion(s.parts, s.columns)
     own_polynomials = MomentPolynomials.from_index(*moment_orders([own]))
-    polynomials, smooth = own_polynomials.expansion, own_polynomials.coefficients(own)
+    polynomials = own_polynomials.expansion
+    smooth = own_polynomials.coefficients(own)
     eta = r.uniform(-1, 1, (40, 2))
     true = own.table(eta)
     found = polynomials.chebyshev(eta)[:, polynomials.i] @ smooth
@@ -229,14 +232,18 @@ def test_runs_are_what_base_and_carriers_add_up_to():
 
 def test_windows_are_split_by_weighted_least_squares():
     """Also at the ends, where windows are one-sided and a ridge decides, and of a ninth run."""
-    rng, half = np.random.default_rng(5), 13
-    F, psi = rng.standard_normal((9, 2, 90)), np.cumsum(0.3 + rng.random((9, 90)), axis=1)
-    at, whole = np.array([0, 4, 45, 89]), np.linspace(-1, 1, 2 * half + 1)
+    rng = np.random.default_rng(5)
+    half = 13
+    F = rng.standard_normal((9, 2, 90))
+    psi = np.cumsum(0.3 + rng.random((9, 90)), axis=1)
+    at = np.array([0, 4, 45, 89])
+    whole = np.linspace(-1, 1, 2 * half + 1)
     ridge = 1e-9 * np.sum((1 - whole**2) ** 2 + 1e-3)
     envelope, share = split(F, psi, at, half, 2)
     for r, (k, t) in itertools.product((0, 8), enumerate(at)):
         times = np.arange(max(0, t - half), min(90, t + half + 1))
-        tau, wave = (times - t) / half, psi[r, times]
+        tau = (times - t) / half
+        wave = psi[r, times]
         weight = np.sqrt((1 - tau**2) ** 2 + 1e-3)[:, None]
         basis = weight * np.stack(
             [tau**p * g for g in (1, np.cos(wave), np.sin(wave)) for p in range(3)], axis=1
@@ -272,8 +279,10 @@ def test_the_least_value_of_a_bowl_is_found_between_the_points(a, b):
     bowl = [a**2 + 2 * b**2 + 2.0, -2 * a, 0.5, -4 * b, 1.0]
     smooth = np.stack([bowl, np.zeros(5)], axis=1)[None]
     points, beside = scan_points(np.array([5, 5]), np.zeros(2))
-    values, places = np.empty((1, 1, 1)), np.empty((1, 1, 1, 2))
-    targets, turning = np.array([[0.0, 1.0]]), turning_parts(0)
+    values = np.empty((1, 1, 1))
+    places = np.empty((1, 1, 1, 2))
+    targets = np.array([[0.0, 1.0]])
+    turning = turning_parts(0)
     values_of = [chebyshev_values(2, x) for x in points.T]
     basis = np.ascontiguousarray(term_values(values_of, index, len(points)))
     columns = MomentColumns.from_outputs(1, 0)
@@ -284,7 +293,8 @@ def test_the_least_value_of_a_bowl_is_found_between_the_points(a, b):
 
 @pytest.mark.parametrize("others", [HERMITE, LEGENDRE])
 def test_a_rule_along_axes_has_exact_expectations_of_a_wave(others):
-    families, slope = (HERMITE, others, others), np.array([2.0, 0.15, 0.1])
+    families = (HERMITE, others, others)
+    slope = np.array([2.0, 0.15, 0.1])
     xi, weights = axis_rule(PhaseChange(families, np.array([2, 2, 2]), slope, slope[None]))
     assert len(weights) < 600
     assert weights.sum() == pytest.approx(1.0)
@@ -312,7 +322,8 @@ def _turned(angles, start, cos, sin):
 @example([np.nan, 1.0], 0.0)
 def test_cosines_and_sines_have_all_digits(angles, start):
     x = np.array(angles)
-    cos, sin = np.empty_like(x), np.empty_like(x)
+    cos = np.empty_like(x)
+    sin = np.empty_like(x)
     _turned(x, start, cos, sin)
     with np.errstate(invalid="ignore"):
         np.testing.assert_allclose(cos, np.cos(x - start), rtol=0, atol=3e-16)

@@ -102,7 +102,8 @@ class Sampled:
     """A cosine at some times, with more of them, or with wrong ones."""
 
     def __init__(self, times, more=None):
-        self.times, self.more = times, more
+        self.times = times
+        self.more = more
 
     def __call__(self, amplitude):
         return np.outer(amplitude, np.cos(OMEGA * self.times))

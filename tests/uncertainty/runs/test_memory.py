@@ -7,7 +7,8 @@ import flexband as fb
 from benchmarks.memory.study_memory import announced_and_peak, inputs_of
 from flexband.uncertainty.expansions.hybrid import transformed
 
-MOST, LEAST = 1 / 1.2, 2.0
+MOST = 1 / 1.2
+LEAST = 2.0
 """Announced over true memory: at most 20 % more is needed than announced, and half at least."""
 
 

@@ -81,7 +81,8 @@ def test_coordinates_called_as_answers_are_refused_by_name(name):
 
 
 def test_outputs_with_numbers_as_names_are_named_on_the_command_line(tmp_path):
-    study, out = tmp_path / "study.py", tmp_path / "out"
+    study = tmp_path / "study.py"
+    out = tmp_path / "out"
     study.write_text(
         """
 import numpy as np

@@ -60,7 +60,8 @@ def test_reused_runs_are_generic_and_inside(folder):
     assert (abs(eta) <= 1).all()
     for column in (*xi.T, *eta.T):
         assert len(np.unique(column)) == len(column)
-    a, c = 1.45 + 0.35 * eta[:, 0], 0.5 + 0.5 * eta[:, 1]
+    a = 1.45 + 0.35 * eta[:, 0]
+    c = 0.5 + 0.5 * eta[:, 1]
     np.testing.assert_allclose(values, Response()(a, xi[:, 0], c), rtol=1e-12)
 
 

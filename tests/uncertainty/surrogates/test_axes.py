@@ -185,7 +185,8 @@ def test_answers_at_one_time_are_those_of_all_times_there(at, labelled):
         (fb.analysis.value_range, "range"),
         (fb.analysis.contributions, "width"),
     ):
-        every, chosen = answer(surrogate)[name], answer(surrogate, at=at)[name]
+        every = answer(surrogate)[name]
+        chosen = answer(surrogate, at=at)[name]
         index = {"place": 1} if "place" in at else at
         expected = every.isel(index) if "place" in at else every.sel(index)
         np.testing.assert_allclose(chosen, expected, rtol=1e-6, atol=1e-9)

@@ -38,8 +38,10 @@ def test_units_tell_what_is_rounding():
     labels = response(np.ones(0), np.zeros(0))
     np.testing.assert_array_equal(units_of(labels).of, [3, 3, 3, 3])
     assert len(set(units_of(labels.drop_vars("unit")).of)) == 4
-    wide, size = np.array([1.0, 0.0, 3e-17]), np.array([1.0, 2.0, 3e-17])
-    same, other = Units(np.zeros(3, dtype=int), np.zeros(3)), Units.unknown(3)
+    wide = np.array([1.0, 0.0, 3e-17])
+    size = np.array([1.0, 2.0, 3e-17])
+    same = Units(np.zeros(3, dtype=int), np.zeros(3))
+    other = Units.unknown(3)
     assert same.varies(wide, size).tolist() == [True, False, False]
     assert other.varies(wide, size).tolist() == [True, False, True]  # 30 aF beside 1 m
 
@@ -52,7 +54,8 @@ def test_no_runs_are_spent_on_rounding_errors(surrogate):
 
 
 def test_constants_are_named_and_judged_by_nothing(surrogate):
-    bands, checked = surrogate.bands(), fb.verify(surrogate, response).verification
+    bands = surrogate.bands()
+    checked = fb.verify(surrogate, response).verification
     assert tables.constants(bands) == MIN_SPEED
     _, rows = tables.summary_table(bands, checked)
     assert [row[3:] for row in rows[1:]] == [["constant", "", "", ""]] * 3

@@ -78,7 +78,8 @@ def damaged(content, data):
         place = data.draw(st.integers(0, len(content) - 1))
         bit = bytes([content[place] ^ 1 << data.draw(st.integers(0, 7))])
         return content[:place] + (bit + content[place + 1 :] if way == "flip" else b"")
-    one, other = data.draw(names), data.draw(names)
+    one = data.draw(names)
+    other = data.draw(names)
     if way == "drop":
         del parts[one]
     elif way == "swap":
@@ -125,7 +126,8 @@ def test_files_with_other_inputs_are_refused_or_can_be_evaluated(kind, tmp_path_
         surrogate = loaded(sealed(parts | {"about.npy": record}), folder)
         for one in getattr(surrogate, "surrogates", {"": surrogate}).values():
             if one is not None:
-                n, m = one.space.random_dimension, one.space.interval_dimension
+                n = one.space.random_dimension
+                m = one.space.interval_dimension
                 assert np.isfinite(one.standard(np.zeros((1, n)), np.zeros((1, m)))).all()
 
     check()

@@ -101,7 +101,8 @@ def refused(file, content, text=r"\.npz"):
 
 @pytest.mark.parametrize("kind", METHODS)
 def test_a_file_that_is_cut_or_changed_is_refused(kind, saved, tmp_path):
-    content, file = saved[kind], tmp_path / "s.npz"
+    content = saved[kind]
+    file = tmp_path / "s.npz"
     for end in range(0, len(content) - 1, len(content) // 20):
         refused(file, content[:end])
     with zipfile.ZipFile(io.BytesIO(content)) as opened:
@@ -137,7 +138,8 @@ def variants(array):
 
 @pytest.mark.parametrize("kind", METHODS)
 def test_every_array_is_checked(kind, saved, tmp_path):
-    parts, file = members(saved[kind]), tmp_path / "s.npz"
+    parts = members(saved[kind])
+    file = tmp_path / "s.npz"
     del parts["digest.npy"]
     refused(file, zipped(parts), "not as it was saved")
     for name, content in parts.items():
@@ -175,7 +177,8 @@ def paths(record, before=()):
 @pytest.mark.parametrize("kind", METHODS)
 def test_every_entry_of_the_record_is_checked(kind, saved, tmp_path):
     """A changed entry is refused, or what is loaded can be evaluated."""
-    parts, file = members(saved[kind]), tmp_path / "s.npz"
+    parts = members(saved[kind])
+    file = tmp_path / "s.npz"
     about = json.loads(str(np.load(io.BytesIO(parts["about.npy"]))))
     loaded = 0
     for path in paths(about):
@@ -210,7 +213,8 @@ def test_the_format_has_a_version(saved, tmp_path):
 
 
 def test_a_file_of_the_format_without_corrections_is_read(saved, tmp_path):
-    parts, file = members(saved["adaptive"]), tmp_path / "s.npz"
+    parts = members(saved["adaptive"])
+    file = tmp_path / "s.npz"
     about = str(np.load(io.BytesIO(parts["about.npy"]))).replace('"format": 9', '"format": 7')
     file.write_bytes(sealed(parts | {"about.npy": npy(np.array(about))}))
     assert fb.load_surrogate(file).correction == ()

@@ -64,7 +64,8 @@ def test_values_and_moments_are_those_of_the_response():
     np.testing.assert_allclose(surrogate.evaluate(**points), case.response(**points), atol=2e-3)
     moments = surrogate.moments(e=0.5)
     t = surrogate.labels["time"].values
-    w, s = 2 * np.pi * 1.025 * t, 2 * np.pi * 0.02 * t
+    w = 2 * np.pi * 1.025 * t
+    s = 2 * np.pi * 0.02 * t
     mean = np.exp(-(s**2) / 2) * np.cos(w)
     square = (1 + np.exp(-2 * s**2) * np.cos(2 * w)) / 2
     np.testing.assert_allclose(moments["mean"][0], mean, atol=2e-3)
@@ -251,7 +252,8 @@ def test_parts_of_the_expected_error_add_up_for_every_k():
     inputs = {"x": fb.Normal(0, 1), "e": fb.Interval(-1, 1)}
     surrogate = fb.expand(Coarse(), inputs, fb.AdaptivePCCI(0.01, correct=False))
     for k in (0.5, 1.0, 3.0):
-        bands, exact = surrogate.bands(k), 0.1 + k
+        bands = surrogate.bands(k)
+        exact = 0.1 + k
         told = float(bands["error_bar_discretization_error"])
         true = abs(float(bands["error_bar"][1]) - exact)
         assert true == pytest.approx(0.01 * k, rel=1e-6)

@@ -157,7 +157,8 @@ def test_tables_of_times_are_wide_or_long():
     wide = {**rows, **{f"u[time={t}]": u[:, k] for k, t in enumerate(TIME[:5])}}
     long = {k: np.repeat(v, 5) for k, v in rows.items()}
     long |= {"t": np.tile(TIME[:5], 20), "u": u.ravel()}
-    first, second = fb.surrogate_of(wide, INPUTS), fb.surrogate_of(long, INPUTS, time="t")
+    first = fb.surrogate_of(wide, INPUTS)
+    second = fb.surrogate_of(long, INPUTS, time="t")
     assert first.bands()["mean"].dims == ("bound", "output", "time")
     np.testing.assert_allclose(first.bands()["mean"], second.bands()["mean"], atol=1e-12)
     np.testing.assert_allclose(first.bands()["mean"][1, 0], TIME[:5], atol=1e-9)

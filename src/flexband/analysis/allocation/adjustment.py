@@ -85,7 +85,8 @@ def limited(
     is_limited = np.asarray(np.isfinite(bounds).any(axis=0))
     beside = np.ones(2 * BESIDE + 1)
     at = np.flatnonzero(np.convolve(is_limited.any(axis=0), beside)[BESIDE:-BESIDE] > 0)
-    expansions, numbers = [], []
+    expansions = []
+    numbers = []
     for expansion in surrogate.expansions:
         outputs = expansion.outputs[is_limited[expansion.outputs].any(axis=1)]
         if len(outputs):
@@ -112,7 +113,8 @@ class Adjusted:
 
         With `vertices`, places are searched from vertices alone, and not from a whole scan.
         """
-        others, options = [k for k in range(self.m) if k not in self.columns], self.options
+        others = [k for k in range(self.m) if k not in self.columns]
+        options = self.options
         if not vertices:
             points, beside = scan((options.scan_order,) * len(others))
         elif 2 ** len(others) <= options.max_vertices:
@@ -130,7 +132,8 @@ class Adjusted:
 
         values = margin(points, points)
         starts = np.unique(local_minima(values[:, None], beside, options.starts))
-        which, gain = np.zeros(len(starts), int), np.full(len(starts), options.tolerance)
+        which = np.zeros(len(starts), int)
+        gain = np.full(len(starts), options.tolerance)
         _, minima = descend(margin, which, points[starts], values[starts], gain)
         _, eta = self.best(placed(np.concatenate([points, minima])))
         bars = self._bars(eta)
@@ -141,13 +144,16 @@ class Adjusted:
 
     def best(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the least margin at η, (points,), and η with the best compensators."""
-        columns, first = list(self.columns), lobatto(self.options.first_points)
+        columns = list(self.columns)
+        first = lobatto(self.options.first_points)
         shrinkage = self.options.shrinkages[len(columns) - 1]
         grid = np.array(list(product(first, repeat=len(columns))))
         around = np.array(list(product((-1.0, 0.0, 1.0), repeat=len(columns))))
         around = around[np.abs(around).max(axis=1) > 0]
-        best, values = eta.copy(), np.full(len(eta), -np.inf)
-        step, trials = float(np.diff(first).max()), np.tile(grid, (len(eta), 1, 1))
+        best = eta.copy()
+        values = np.full(len(eta), -np.inf)
+        step = float(np.diff(first).max())
+        trials = np.tile(grid, (len(eta), 1, 1))
         while True:
             tried = np.repeat(best[:, None], trials.shape[1], axis=1)
             tried[..., columns] = trials
@@ -155,7 +161,8 @@ class Adjusted:
             at = margins.argmax(axis=1)
             better = np.take_along_axis(margins, at[:, None], axis=1)[:, 0] > values
             rows = np.flatnonzero(better)
-            values[rows], best[rows] = margins[rows, at[rows]], tried[rows, at[rows]]
+            values[rows] = margins[rows, at[rows]]
+            best[rows] = tried[rows, at[rows]]
             step *= shrinkage
             if step < self.options.last_step:
                 return values, best

@@ -136,7 +136,8 @@ def allocate(
     check_instantaneous(limit_corridors, surrogate.diagnostics.attrs)
     tolerances = Tolerances.from_costs(surrogate.space, checked_costs(costs))
     tolerances.cost(tolerances.bounds[1])
-    corridor, m = joint(limit_corridors), surrogate.space.interval_dimension
+    corridor = joint(limit_corridors)
+    m = surrogate.space.interval_dimension
     options = {"store": store, "executor": executor}
     if probability is not None:
         check_no_play(surrogate.space, "allocate with a probability")

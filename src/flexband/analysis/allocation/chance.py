@@ -125,8 +125,10 @@ class Chance:
     def left(self, x: np.ndarray) -> ExceedanceEstimate:
         """Return how likely limits are left with some tolerances."""
         rng = np.random.default_rng(0)
-        state, space = self._narrow(x), self.surrogate.space
-        n, m = space.random_dimension, space.interval_dimension
+        state = self._narrow(x)
+        space = self.surrogate.space
+        n = space.random_dimension
+        m = space.interval_dimension
         eta, known, noise, _ = ends(state, n, m, rng, options=self.options.ends)
         place_estimate = self._estimate(state, eta[1], known[1], rng)
         exact = is_judged(self.surrogate) and state.exact
@@ -135,7 +137,8 @@ class Chance:
     def _estimate(
         self, state: LimitState, eta: np.ndarray, known: Rare, rng: np.random.Generator
     ) -> Estimate:
-        accuracy, importance = self.options.accuracy, self.options.ends.importance
+        accuracy = self.options.accuracy
+        importance = self.options.ends.importance
         return estimate(state, state, eta, known, accuracy, rng, options=importance)
 
     @property
@@ -150,10 +153,14 @@ class Chance:
 
     def by_runs(self, solution: ExceedanceEstimate, model: ResponseModel) -> Correction:
         """Return the probability corrected with runs, at the same place or a worse one."""
-        state, space = self._narrow(solution.x), self.surrogate.space
-        n, m, rng = space.random_dimension, space.interval_dimension, np.random.default_rng(1)
+        state = self._narrow(solution.x)
+        space = self.surrogate.space
+        n = space.random_dimension
+        m = space.interval_dimension
+        rng = np.random.default_rng(1)
         first = Place(solution.place, solution.known, solution.noise)
-        searched, options = with_missed(state, model, n, m, rng), self.options
+        searched = with_missed(state, model, n, m, rng)
+        options = self.options
         judged = corrected_at_worst(
             state, searched, model, {1: first}, options.accuracy, rng, options.ends
         )
@@ -174,10 +181,14 @@ class Chance:
 
     def _searched(self, now: ExceedanceEstimate, places: Sequence[np.ndarray]) -> np.ndarray:
         """Return the cheapest tolerances near some that keep the probability at places."""
-        x, state, rng = now.x, self._narrow(now.x), np.random.default_rng(0)
-        functions, offsets = [], []
+        x = now.x
+        state = self._narrow(now.x)
+        rng = np.random.default_rng(0)
+        functions = []
+        offsets = []
         for k, place in enumerate(places):
-            known, result = now.known, now.estimate
+            known = now.known
+            result = now.estimate
             if k:
                 subset = self.options.ends.importance.subset
                 n = now.known.u.shape[1]
@@ -191,7 +202,8 @@ class Chance:
         (low, high), count = self.tolerances.bounds, len(self.tolerances.names)
         is_tolerance = np.arange(len(x)) < count
         reach = np.where(is_tolerance, self.options.trust, self.options.size_trust)
-        low, high = np.maximum(low, x - reach), np.minimum(high, x + reach)
+        low = np.maximum(low, x - reach)
+        high = np.minimum(high, x + reach)
         reference = abs(self._cost(x)) or 1.0
         result: Any = scipy.optimize.minimize(
             lambda at: self._cost(at) / reference,
@@ -218,7 +230,8 @@ class Chance:
     ) -> Callable[[np.ndarray], float]:
         """Return the logarithm of the smoothed probability at a place, as a function of x."""
         tolerances, rng, start = self.tolerances, np.random.default_rng(0), self._start
-        options, count = self.options, self.options.common_samples
+        options = self.options
+        count = self.options.common_samples
 
         def eta(at: np.ndarray) -> np.ndarray:
             return np.clip(tolerances.center(at) + tolerances.radius(at) * place, -1.0, 1.0)
@@ -251,7 +264,8 @@ class Chance:
 
     def _old(self, u: np.ndarray, x: np.ndarray) -> np.ndarray:
         """Return normal variables of the surrogate's inputs from those of narrower ones."""
-        normals, space = u.copy(), self.surrogate.space
+        normals = u.copy()
+        space = self.surrogate.space
         stds = dict(zip(self.tolerances.names, self.tolerances.values(x), strict=True))
         for name, k in space.columns(random=True).items():
             if name in stds:

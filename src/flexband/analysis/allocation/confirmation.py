@@ -74,8 +74,12 @@ def confirm_tolerances(
     """Return tolerances that runs at the binding points confirm, after new searches if need be."""
     error = expected_error(surrogate, worst.sigmas)
     loosest = 0.0 * worst.scale if error is None else -options.looser * error.ravel()[worst.numbers]
-    shift, runs, kept, inside = np.zeros(worst.bounds.shape), 0, True, np.zeros(0, bool)
-    run_margins, first = np.zeros(0), allocated.x
+    shift = np.zeros(worst.bounds.shape)
+    runs = 0
+    kept = True
+    inside = np.zeros(0, bool)
+    run_margins = np.zeros(0)
+    first = allocated.x
     for k in range(options.max_rounds):
         points = allocated.points
         if not len(points):
@@ -98,10 +102,8 @@ def confirm_tolerances(
         missed = SIGNS[:, None] * missed[:, None]  # how much larger margins of the run are
         margins = worst.margins(values[:, None])
         at = owner, points.side[order], points.series[order]
-        bars, run = (
-            worst.values(allocated.x[None], points.select(order))[0],
-            margins[at] + missed[at],
-        )
+        bars = worst.values(allocated.x[None], points.select(order))[0]
+        run = margins[at] + missed[at]
         inside = (margins[at] > bars + options.near * worst.scale[at[2]]) & (run >= 0)
         run_margins[order] = np.where(inside, run, bars + missed[at])
         kept = np.all(run_margins[order] >= 0)
@@ -157,7 +159,8 @@ def _doubtful(
 
     `error` is what it may miss, (series,), and `known` are places of runs in any case.
     """
-    tolerances, m = worst.tolerances, known.shape[1]
+    tolerances = worst.tolerances
+    m = known.shape[1]
     if worst.sigmas or tolerances.compensators or m > options.max_variables:
         return np.zeros((0, m))
     vertices = np.array(list(product((-1.0, 1.0), repeat=m))).reshape(2**m, m)

@@ -42,7 +42,8 @@ class ReciprocalCost:
 
     def __post_init__(self) -> None:
         for name in ("factor", "exponent", "fixed"):
-            check, label = check_positive, f"ReciprocalCost {name}"
+            check = check_positive
+            label = f"ReciprocalCost {name}"
             if name == "fixed":
                 check = check_non_negative
             number = check(label, check_numbers(label, getattr(self, name)))

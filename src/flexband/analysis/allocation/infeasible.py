@@ -35,7 +35,8 @@ def check_feasible(
     violation = -margins[side, series]
     if violation <= 0:
         return
-    number, bound = int(worst.numbers[series]), worst.bounds[side, series]
+    number = int(worst.numbers[series])
+    bound = worst.bounds[side, series]
     name = limit_at(limits, side, number, bound)
     tolerances = worst.tolerances
     least = ", ".join(
@@ -70,7 +71,8 @@ def _reason(
         return "and so it is with all inputs at their nominal values"
     also = f"; {nominal:.4g} of it with all inputs at their nominal values" if nominal > 0 else ""
     costly = {name for name in together if name in worst.tolerances.costs}
-    alone, least = violated(costly), (enough - 1) * violation
+    alone = violated(costly)
+    least = (enough - 1) * violation
     parts = {name: alone - violated(costly | {name}) for name in together.keys() - costly}
     causes = [f"{k} ({v:.3g})" for k, v in sorted(parts.items(), key=lambda p: -p[1]) if v > least]
     if causes:

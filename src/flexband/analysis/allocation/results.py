@@ -60,9 +60,12 @@ def result_of(
     confirmation: Confirmed,
 ) -> xr.Dataset:
     """Return the tolerances, what limits them, and the margins that they leave."""
-    tolerances, allocation, labels = worst.tolerances, confirmation.allocated, surrogate.labels
+    tolerances = worst.tolerances
+    allocation = confirmation.allocated
+    labels = surrogate.labels
     narrow = surrogate.narrowed(**tolerances.inputs(allocation.x))
-    points, cost = allocation.points, tolerances.cost(allocation.x)
+    points = allocation.points
+    cost = tolerances.cost(allocation.x)
     pairs = list(zip(points.side.tolist(), points.series.tolist(), strict=True))
     names = np.array(
         [limit_at(limits, s, int(worst.numbers[k]), float(worst.bounds[s, k])) for s, k in pairs],
@@ -120,9 +123,11 @@ def chance_result(
     chance: Chance, solution: ExceedanceEstimate, correction: Correction | None, runs: int
 ) -> xr.Dataset:
     """Return the tolerances for a stated probability, and the one that they lead to."""
-    tolerances, x = chance.tolerances, solution.x
+    tolerances = chance.tolerances
+    x = solution.x
     narrow = chance.surrogate.narrowed(**tolerances.inputs(x))
-    cost, slope = tolerances.cost(x), chance.elasticity(solution)
+    cost = tolerances.cost(x)
+    slope = chance.elasticity(solution)
     stated = _statement(chance, solution, by_runs=correction is not None)
     data, coords = _of_names(tolerances, x, cost)
     data["elasticity"] = "name", slope[: len(cost)]
@@ -131,7 +136,8 @@ def chance_result(
         of_runs = correction.probability, *correction.confidence()
         data |= {f"run_{name}": ((), v) for name, v in zip(STATED, of_runs, strict=True)}
     data |= places("probability_at", narrow.space, solution.place[None], [], [])
-    text, outcome = _chance_in_words(stated, chance, correction), TolerancesConfirmed.NOT_MADE
+    text = _chance_in_words(stated, chance, correction)
+    outcome = TolerancesConfirmed.NOT_MADE
     if correction is None:
         text += NO_RUNS
     else:
@@ -172,7 +178,8 @@ def _of_names(
 
 def _statement(chance: Chance, solution: ExceedanceEstimate, *, by_runs: bool) -> xr.Dataset:
     """Return what is stated of the probability that the surrogate finds."""
-    labels, inputs = chance.surrogate.labels, chance.tolerances.inputs(solution.x)
+    labels = chance.surrogate.labels
+    inputs = chance.tolerances.inputs(solution.x)
     narrow = chance.surrogate.narrowed(**inputs)
     estimate = replace(solution.estimate, noise=solution.noise)
     ends = np.array(estimate.confidence())
@@ -277,7 +284,8 @@ def _least_between(
 
 def _outcome(worst: WorstCaseBounds, confirmation: Confirmed, binding: Sequence[str]) -> str:
     """Return what limits the tolerances, and whether runs confirm them, as sentences."""
-    allocation, confirmed = confirmation.allocated, _confirmed(confirmation)
+    allocation = confirmation.allocated
+    confirmed = _confirmed(confirmation)
     text = f"{'Binding' if allocation.binding else 'Nearest'}: {'; '.join(dict.fromkeys(binding))}"
     if confirmed is TolerancesConfirmed.NOT_MADE:
         return text + NO_RUNS

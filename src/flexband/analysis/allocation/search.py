@@ -147,14 +147,17 @@ def cheapest(
     with the points that were found; it goes on if one of them leads to less. Margins are required
     at `points` from the beginning. Without a start x, tolerances are in the ratio of the largest.
     """
-    slack, tolerances = options.slack, worst.tolerances
+    slack = options.slack
+    tolerances = worst.tolerances
     strict = worst.tightened(slack * worst.scale)
     search = _Search(strict, options)
     first, further = (x, []) if x is not None else search.starts()
     room = strict.least(tolerances.tighter(first, np.inf))[0] / worst.scale
     watched = options.watched_share * float(room.min())
     x, points = (first, points) if x is None else search.solved(points, first)
-    best, least, step = x, np.inf, STEP
+    best = x
+    least = np.inf
+    step = STEP
     for _ in range(options.max_rounds):
         margins, places = strict.least(x)
         violated = np.any(margins < -0.5 * slack * worst.scale)
@@ -173,14 +176,17 @@ def cheapest(
             (x, points), step = solution, STEP
             continue
         if violated:  # by hardly anything, at points that are watched
-            x, step = tolerances.tighter(x, step), 2 * step
+            x = tolerances.tighter(x, step)
+            step = 2 * step
             continue
         if (cost := tolerances.cost(x).sum()) < least:
-            best, least = x, cost
+            best = x
+            least = cost
         if not len(points) or not further:
             break
         count = len(further) if tolerances.sizes else options.random_starts
-        tried, further = further[:count], further[count:]
+        tried = further[:count]
+        further = further[count:]
         x, points = search.best_of(points, tried)
         if tolerances.cost(x).sum() > least - options.min_saving * abs(least):
             break
@@ -203,11 +209,13 @@ class _Search:
 
         The first are tolerances in the ratio of the largest that about keep all margins.
         """
-        worst, tolerances = self.worst, self.worst.tolerances
+        worst = self.worst
+        tolerances = self.worst.tolerances
         low, high = tolerances.bounds
         first, *further = starts(worst) if tolerances.sizes else [high]
         if not tolerances.sizes:
-            rng, count = np.random.default_rng(0), self.options.retries * self.options.random_starts
+            rng = np.random.default_rng(0)
+            count = self.options.retries * self.options.random_starts
             further = list(rng.uniform(np.maximum(low, -3.0), high, (count, len(high))))
         loosest = tolerances.looser(first)
         room, margins = (worst.least(at)[0] for at in (tolerances.tighter(first, np.inf), loosest))
@@ -260,12 +268,16 @@ class _Search:
 
     def kept(self, points: WatchedPlaces, x: np.ndarray) -> np.ndarray:
         """Return tolerances in the ratio of x, hardly tighter than need be, that keep margins."""
-        worst, tolerances, count = self.worst, self.worst.tolerances, self.options.tried_ratios
-        tighter, looser = 0.0, 0.0
+        worst = self.worst
+        tolerances = self.worst.tolerances
+        count = self.options.tried_ratios
+        tighter = 0.0
+        looser = 0.0
         for k in range(2):  # the second time between the best two of the first
             most = (x - tolerances.tighter(x, np.inf)).max() if k == 0 else tighter
             shifts = np.linspace(looser, most, count)
-            tried, first = tolerances.tighter(x, shifts[:, None]), count - 1
+            tried = tolerances.tighter(x, shifts[:, None])
+            first = count - 1
             for start in 2 ** np.arange(count.bit_length()) - 1:  # more at once, the more fail
                 rows = tried[start : 2 * start + 1]
                 margins = (worst.values(rows, points) / worst.scale[points.series]).min(axis=1)
@@ -275,7 +287,8 @@ class _Search:
                     break
             if first == 0:
                 return tried[0]
-            looser, tighter = shifts[first - 1], shifts[first]
+            looser = shifts[first - 1]
+            tighter = shifts[first]
         return tolerances.tighter(x, tighter)
 
 
@@ -299,7 +312,8 @@ def with_binding_places(
     if with_multipliers and least < binding:
         cost = np.append(worst.tolerances.cost_gradient(x), np.zeros(len(v) - len(x)))
         multipliers = _multipliers(problem.bounds, v, cost, gradients)
-    slopes, binds = gradients[:, : len(x)], bool(np.any(margins < binding * worst.scale))
+    slopes = gradients[:, : len(x)]
+    binds = bool(np.any(margins < binding * worst.scale))
     return Allocated(x, margins, points, slopes, multipliers, watched, binds)
 
 

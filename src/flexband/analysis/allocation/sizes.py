@@ -52,8 +52,11 @@ def starts(worst: WorstCaseBounds, *, options: SizeOptions = SizeOptions()) -> n
     places = np.concatenate([np.zeros((1, count)), 2 * sobol(options.tried, count, 0) - 1])
     values = lacking(places, np.arange(0))
     order = np.argsort(values, kind="stable")
-    best, all_places, all_values = order[: options.improved], places[order], values[order]
-    which, gains = np.zeros(len(best), int), np.full(len(best), 1e-6)
+    best = order[: options.improved]
+    all_places = places[order]
+    all_values = values[order]
+    which = np.zeros(len(best), int)
+    gains = np.full(len(best), 1e-6)
     values, places = descend(lacking, which, places[best], values[best], gains)
     if values.min() > 0 and not tolerances.compensators:  # no margins without any tolerance
         places[0] = _with_most_room(worst, places[values.argmin()], reach, options.step)

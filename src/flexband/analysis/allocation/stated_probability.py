@@ -45,8 +45,12 @@ def allocated_by_chance(
 
     Where runs show another probability than the surrogate, another one is aimed at in its place.
     """
-    solution, correction, runs = chance.cheapest(_first_tolerances(chance)), None, 0
-    stated, high, tuning = chance.probability, chance.tolerances.bounds[1], chance.options
+    solution = chance.cheapest(_first_tolerances(chance))
+    correction = None
+    runs = 0
+    stated = chance.probability
+    high = chance.tolerances.bounds[1]
+    tuning = chance.options
     for k in range(tuning.max_corrections if response is not None else 0):
         narrow = chance.surrogate.narrowed(**chance.tolerances.inputs(solution.x))
         with models({"": narrow}, response, [RUNS], 1, None, **options) as known:

@@ -93,12 +93,14 @@ class Tolerances:
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """The least and the largest values of the search's variables."""
         reach = (1.0 - self._all_radii)[list(self.sizes.values())]
-        low, high = np.log(self.least / self.largest), np.zeros(len(self.largest))
+        low = np.log(self.least / self.largest)
+        high = np.zeros(len(self.largest))
         return np.concatenate([low, -reach]), np.concatenate([high, reach])
 
     def tighter(self, x: np.ndarray, by: float | np.ndarray) -> np.ndarray:
         """Return the variables with smaller logarithms of tolerances, not below the least."""
-        low, count = self.bounds[0], len(self.largest)
+        low = self.bounds[0]
+        count = len(self.largest)
         moved = np.maximum(x - by, low)
         return np.where(np.arange(len(low)) < count, moved, x)
 
@@ -163,7 +165,8 @@ class Tolerances:
     def inputs(self, x: np.ndarray, *, random_alone: bool = False) -> dict[str, Input]:
         """Return the narrower inputs, by name."""
         inputs: dict[str, Input] = {}
-        middles, radii = self.nominal(x), {k: size.tolerance for k, size in self._sizings.items()}
+        middles = self.nominal(x)
+        radii = {k: size.tolerance for k, size in self._sizings.items()}
         for name, column, t in zip(self.names, self.columns, self.values(x), strict=True):
             if column < 0 or (name in self.space.plays and not random_alone):
                 inputs[name] = self.space.inputs[name].with_tolerance(float(t))
@@ -173,7 +176,8 @@ class Tolerances:
             values = self.space.inputs[name].value(np.array([[-1.0], [0.0], [1.0]]))
             least, middle, most = map(float, np.asarray(values))
             middle = middles.get(name, middle)
-            low, high = middle - radius, middle + radius
+            low = middle - radius
+            high = middle + radius
             inputs[name] = Interval(max(low, least), min(high, most))
         return inputs
 

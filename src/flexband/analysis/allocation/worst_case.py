@@ -120,7 +120,8 @@ class WorstCaseBounds:
 
     def adjusted(self, expansions: Sequence[Expansion]) -> Adjusted:
         """Return the response with compensators, in the variables of narrower inputs or of all."""
-        columns, m = self.tolerances.compensators.values(), self.tolerances.space.interval_dimension
+        columns = self.tolerances.compensators.values()
+        m = self.tolerances.space.interval_dimension
         return Adjusted(expansions, self.bounds, self.scale, self.sigmas, list(columns), m)
 
     def _extremes(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -191,7 +192,8 @@ class WorstCaseBounds:
                     mean, std = expansion.select(expansion.outputs, used).moments(eta)
                     bar = np.stack([mean - self.sigmas * std, mean + self.sigmas * std], axis=1)
                     bar = bar.reshape(len(rows), len(points), *bar.shape[1:])
-                    side, series = points.side[columns], points.series[columns]
+                    side = points.side[columns]
+                    series = points.series[columns]
                     chosen = bar[:, columns, side, output[columns], index[columns]]
                     margins[np.ix_(rows, columns)] = SIGNS[side] * (
                         chosen - self.bounds[side, series]

@@ -70,7 +70,8 @@ class LeastMargin:
     @staticmethod
     def from_result(result: xr.Dataset) -> LeastMargin:
         """Return that of one limit, of what `check_limits` returns."""
-        dim, places = "", ("", "")
+        dim = ""
+        places = ("", "")
         if "least_margin_at" in result:
             dim = str(result["margin"].dims[-1])
             both = result["least_margin_at"], result["margin_between_after"]
@@ -124,7 +125,8 @@ class LeastMargin:
 
 def inputs_in_words(result: xr.Dataset, variable: str) -> list[str]:
     """Return values of the interval inputs, dim "input", with their units if these are known."""
-    names, values = result["input"].values, result[variable].values
+    names = result["input"].values
+    values = result[variable].values
     units = result["input_unit"].values if "input_unit" in result.coords else [""] * len(names)
     triples = zip(names, values, units, strict=True)
     return [f"{name} = {value:.6g} {unit}".rstrip() for name, value, unit in triples]

@@ -109,7 +109,9 @@ def check_limits(
         compensators(case.space) for case in surrogates_of(surrogate).values()
     ):
         raise InputError("limits must all have the same sigmas where there is a Compensator")
-    results, source, inputs = {}, "", ""
+    results = {}
+    source = ""
+    inputs = ""
     for k in dict.fromkeys(deviations.values()):
         checked = _Checked(surrogate, requirements, k)
         results |= {
@@ -117,7 +119,8 @@ def check_limits(
             for name, requirement in requirements.items()
             if deviations[name] == k
         }
-        source, inputs = checked.source, checked.inputs
+        source = checked.source
+        inputs = checked.inputs
     result = xr.concat([results[name] for name in requirements], "limit")
     result = result.assign_coords(limit=list(requirements))
     attrs: dict[str, Any] = {"error": source or NOT_JUDGED}
@@ -140,7 +143,8 @@ def _sigmas_of(requirement: Requirement) -> float:
 
 
 def _about(requirement: Requirement, labels: xr.DataArray, sigmas: float) -> dict[str, Any]:
-    criterion, number = requirement.criterion, chosen_output("", requirement.output, labels)[1]
+    criterion = requirement.criterion
+    number = chosen_output("", requirement.output, labels)[1]
     of_output = labels if number is None else labels.isel(output=number)
     shares = isinstance(criterion, Probability | ShareOfParts)
     return {
@@ -166,8 +170,11 @@ class _Checked:
     def __init__(
         self, surrogate: AnySurrogate, requirements: Mapping[str, Requirement], sigmas: float
     ) -> None:
-        self.surrogate, self.requirements, self.sigmas = surrogate, requirements, sigmas
-        self.labels, self.cases = labels_of(surrogate), surrogates_of(surrogate)
+        self.surrogate = surrogate
+        self.requirements = requirements
+        self.sigmas = sigmas
+        self.labels = labels_of(surrogate)
+        self.cases = surrogates_of(surrogate)
         self.bands: dict[str, xr.Dataset] = {}
         self.source = self.inputs = ""
 
@@ -206,7 +213,8 @@ class _Checked:
         of_output = float(np.max(_of_output(relative, self.labels, corridor)))
         record = BandRecord.read(bands)
         tolerance = np.inf if record.tolerance is None else record.tolerance
-        impacts, refuted = bool(record.impacts), False
+        impacts = bool(record.impacts)
+        refuted = False
         verification = self.cases[label].verification if label in self.cases else None
         if verification is not None and "confirmed" in verification:
             refuted = not np.all(_of_output(verification["confirmed"], self.labels, corridor))
@@ -242,20 +250,23 @@ def _bands(
     surrogate: AnySurrogate, requirements: Mapping[str, Requirement], sigmas: float
 ) -> xr.Dataset:
     """Return bands; with compensators, where margins are least after these are adjusted."""
-    bands, cases = surrogate.bands(sigmas), surrogates_of(surrogate)
+    bands = surrogate.bands(sigmas)
+    cases = surrogates_of(surrogate)
     if not any(compensators(case.space) for case in cases.values()):
         return with_errors_at_one_time(bands)
     if "" not in cases:
         raise InputError("surrogate must have no Choice where it has a Compensator")
     case = cases[""]
-    space, dims = case.space, case.labels.dims[1:]
+    space = case.space
+    dims = case.labels.dims[1:]
     check_no_play(space, "check_limits with a Compensator")
     corridor = joint({k: r.corridor(case.labels) for k, r in requirements.items()})
     expansions, numbers, bounds = limited(case, corridor)
     bar = bands["error_bar"].transpose("bound", *dims).values.copy()
     width = np.broadcast_to((bar[1] - bar[0]).mean(axis=-1, keepdims=True), bar[1].shape).ravel()
     scale = np.maximum(width[numbers], 1e-9 * np.abs(bar).max() + 1e-300)
-    k, m = sigmas if space.random_dimension else 0.0, space.interval_dimension
+    k = sigmas if space.random_dimension else 0.0
+    m = space.interval_dimension
     columns = list(compensators(space).values())
     *ends, eta = Adjusted(expansions, bounds, scale, k, columns, m).worst()
     bar.reshape(2, -1)[:, numbers] = ends
@@ -280,9 +291,11 @@ def _check_margins(
     where = corridor.where
     bar = bands["error_bar"].transpose("bound", *labels.dims[1:]).drop_vars("bound")
     low, high = (np.asarray(end)[where] for end in bar.values)
-    lower, upper = corridor.lower[where], corridor.upper[where]
+    lower = corridor.lower[where]
+    upper = corridor.upper[where]
     margins = np.stack([low - lower, upper - high])
-    margin, error = margins.min(axis=0), np.asarray(error[where])
+    margin = margins.min(axis=0)
+    error = np.asarray(error[where])
     limited = np.isfinite(margin)
     at = np.unravel_index(int(np.argmin(margin)), margin.shape)
     side = int(np.argmin(margins[(slice(None), *at)]))
@@ -354,7 +367,8 @@ def _margins_between_times(
         return least, most
     lower, upper = corridor.curves[:, *corridor.where]
     margins = np.stack([bar[0] - lower, upper - bar[1]])
-    stated, impacts = np.isfinite(margins).all(axis=-1), bool(BandRecord.read(bands).impacts)
+    stated = np.isfinite(margins).all(axis=-1)
+    impacts = bool(BandRecord.read(bands).impacts)
     curves = least_between(margins[stated], axis, impacts=impacts)
     beyond = beyond_neighbours(bands, labels)[:, :, *corridor.where][:, stated, :-1]
     by_runs = curves.ends - beyond

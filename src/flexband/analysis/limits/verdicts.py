@@ -85,7 +85,8 @@ def _verdict(
         worst = min(worst, float(limit["run_margin"]))
     remarks, undecided = _remarks(limit, run_remarks, abs(worst))
     if undecided and verdict is not Verdict.UNDECIDED:
-        verdict, reason = Verdict.UNDECIDED, Reason.REMARK
+        verdict = Verdict.UNDECIDED
+        reason = Reason.REMARK
     most_important = "", np.nan
     if contributions is not None and "width" in contributions:
         most_important = largest_around(contributions, limit, _output(limit))[:2]
@@ -228,17 +229,21 @@ def largest_around(
     The share is the part by which the error bar is narrower without its uncertainty. It is around a
     value of the last dim, None if it is a mean. The limited output is "" without dim "output".
     """
-    width, parts = contributions["width"], contributions["contribution"]
+    width = contributions["width"]
+    parts = contributions["contribution"]
     if output and "output" in width.dims:
         number = width["output"].values.astype(str).tolist().index(output)
-        width, parts = width.isel(output=number), parts.isel(output=number)
-    last, where = (width.dims[-1] if width.dims else ""), None
+        width = width.isel(output=number)
+        parts = parts.isel(output=number)
+    last = width.dims[-1] if width.dims else ""
+    where = None
     if "least_margin_at" in limit and limit["least_margin_at"].dtype.kind == "f" and last:
         where = float(limit["least_margin_at"])
         index = int(np.abs(width[last].values - where).argmin())
         reach = int(0.025 * width.sizes[last])
         around = {last: slice(max(0, index - reach), index + reach + 1)}
-        width, parts = width.isel(around), parts.isel(around)
+        width = width.isel(around)
+        parts = parts.isel(around)
     share = parts.mean([d for d in parts.dims if d != "name"]) / (float(width.mean()) or np.inf)
     best = int(np.argmax(share.values))
     return str(parts["name"].values[best]), float(share[best]), where

@@ -86,9 +86,13 @@ def distribution(
     Their times may divide the steps of the response that `labels` are of. The `error` of its
     discretization, of the shape of a run, makes the intervals of shares wider.
     """
-    count, blocks, margins = options.count(requirements), list[xr.DataArray](), list[np.ndarray]()
+    count = options.count(requirements)
+    blocks = list[xr.DataArray]()
+    margins = list[np.ndarray]()
     xi, eta = parts.samples(count, seed)
-    good, first, at_once = np.full(count, True), 0, options.at_first
+    good = np.full(count, True)
+    first = 0
+    at_once = options.at_first
     while first < count:
         end = min(count, first + at_once)
         made = run((xi[first:end], eta[first:end]))
@@ -97,8 +101,10 @@ def distribution(
         response = made.values.isel(sample=good[first:end])
         blocks.append(numbers_of(response, quantities))
         margins.append(margins_of(requirements, response, blocks[-1], case, error, labels))
-        first, at_once = end, max(1, options.max_values // max(1, made.values[0].size))
-    numbers, lost = xr.concat(blocks, "sample"), int(count - good.sum())
+        first = end
+        at_once = max(1, options.max_values // max(1, made.values[0].size))
+    numbers = xr.concat(blocks, "sample")
+    lost = int(count - good.sum())
     values = parts.space.numbers_at(xi[good], eta[good])
     columns = np.reshape(list(values.values()), (len(values), len(numbers))).T
     probabilities = np.array(options.probabilities, dtype=float)
@@ -135,7 +141,8 @@ def margins_of(
     The first ones are larger by the error of outputs; the third ones are smaller by it, and between
     the times, where an impact may turn a motion at once. Without labels, they are the response's.
     """
-    as_outputs, names = numbers.rename(quantity="output"), numbers["quantity"].values.tolist()
+    as_outputs = numbers.rename(quantity="output")
+    names = numbers["quantity"].values.tolist()
     margins = []
     for requirement in requirements:
         of_number = requirement.output in names
@@ -145,7 +152,8 @@ def margins_of(
         corridor = requirement.corridor(known, case).at_more_times(parts)
         unsure = at_more_times(np.broadcast_to(unsure, known.shape[1:]), parts)
         inside = corridor.margin(values.values, values.values)
-        lowest, axis = inside - unsure, TimeAxis.from_labels(values, corridor.window)
+        lowest = inside - unsure
+        axis = TimeAxis.from_labels(values, corridor.window)
         if axis is not None:
             all_times = corridor.margin_at_all_times(values.values)
             lowest = lowest_of_impacts(all_times - unsure[corridor.where], axis)
@@ -164,8 +172,10 @@ def yields(
     names = list(by_name(requirements))
     if len(names) > 1:
         every = margins.min(axis=1, keepdims=True)
-        margins, names = np.concatenate([margins, every], axis=1), [*names, ANY]
-    count, hits = margins.shape[-1], (margins < 0).sum(axis=-1).T.tolist()
+        margins = np.concatenate([margins, every], axis=1)
+        names = [*names, ANY]
+    count = margins.shape[-1]
+    hits = (margins < 0).sum(axis=-1).T.tolist()
     shares = [share_of(tuple(of_limit), count, confidence, lost) for of_limit in hits]
     ends = dict(zip(("failing", "failing_low", "failing_high"), np.transpose(shares), strict=True))
     data = {name: ("limit", values) for name, values in ends.items()}

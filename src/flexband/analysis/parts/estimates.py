@@ -21,12 +21,14 @@ def quantiles_of(
     All are samples, so that those of counts are whole numbers. An end is infinite where the samples
     are too few. Lost samples, which `values` has not, may be anywhere.
     """
-    ordered, count = np.sort(values, axis=0), len(values) + lost
+    ordered = np.sort(values, axis=0)
+    count = len(values) + lost
     beyond = np.full((1 + lost, *values.shape[1:]), np.inf)
     tail = (1 - confidence) / 2
     ranks = np.ceil(len(values) * probabilities - 1e-9) - 1
     low, high = (scipy.stats.binom.ppf(part, count, probabilities) for part in (tail, 1 - tail))
-    lowest, highest = np.concatenate([-beyond, ordered]), np.concatenate([ordered, beyond])
+    lowest = np.concatenate([-beyond, ordered])
+    highest = np.concatenate([ordered, beyond])
     return ordered[ranks.astype(int)], lowest[low.astype(int)], highest[high.astype(int)]
 
 
@@ -74,7 +76,8 @@ def first_order(
     Of (samples, inputs) and (samples, numbers) the indices are (inputs, numbers), zero where
     numbers do not vary.
     """
-    count, centred = len(numbers), numbers - numbers.mean(axis=0)
+    count = len(numbers)
+    centred = numbers - numbers.mean(axis=0)
     variance = (centred**2).mean(axis=0)
     scale = np.where(variance > 0, variance, np.inf)
     indices = np.empty((inputs.shape[1], numbers.shape[1]))

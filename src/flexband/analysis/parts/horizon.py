@@ -137,7 +137,8 @@ def predictability_horizon(
     (10, 32)
     """
     check_quantities(quantities)
-    points, seed = check_integer("points", points, 2), check_integer("seed", seed, 0)
+    points = check_integer("points", points, 2)
+    seed = check_integer("seed", seed, 0)
     part = float(check_numbers("change", change))
     if not 0 < part <= 0.01:
         raise InputError(f"change must be above 0 and at most 0.01; got {part:g}")
@@ -154,12 +155,16 @@ def neighbours(space: Space, seed: int, options: HorizonOptions) -> tuple[np.nda
 
     An input with several variables is changed along a random direction.
     """
-    n, m = space.random_dimension, space.interval_dimension
-    points, change = options.points, options.change
+    n = space.random_dimension
+    m = space.interval_dimension
+    points = options.points
+    change = options.change
     rng = np.random.default_rng(seed)
     normals = latin_hypercube_normals(points, n + m, seed)
-    u, eta = normals[:, :n], 2 * ndtr(normals[:, n:]) - 1
-    all_u, all_eta = [u], [eta]
+    u = normals[:, :n]
+    eta = 2 * ndtr(normals[:, n:]) - 1
+    all_u = [u]
+    all_eta = [eta]
     for random, step in ((True, 2 * options.deviations * change), (False, 2 * change)):
         for name, first in space.columns(random=random).items():
             columns = slice(first, first + space.inputs[name].dimension)
@@ -182,7 +187,8 @@ def horizon_of(
     kept = ~lost.any(axis=0)  # points of which all runs succeeded
     runs = made.values.isel(sample=np.tile(kept, len(lost)))
     options = replace(options, points=check_integer("points without failed runs", kept.sum(), 2))
-    axes, values = axes_of(runs), series(runs)
+    axes = axes_of(runs)
+    values = series(runs)
     labelled = axes.time in runs.coords
     times = runs[axes.time].values.astype(float) if labelled else np.arange(float(axes.times))
     varies = units_of(runs).varies(np.ptp(values, axis=(0, 2)), np.abs(values).max(axis=(0, 2)))
@@ -193,7 +199,8 @@ def horizon_of(
     low, median, high = options.scatter(ends)
     numbers = numbers_of(runs, quantities)
     shares = _shares(numbers.values[..., None], options)[..., 0]
-    size, spread = np.abs(numbers.values).max(axis=0), np.ptp(numbers.values, axis=0)
+    size = np.abs(numbers.values).max(axis=0)
+    spread = np.ptp(numbers.values, axis=0)
     shares[:, ~units_of(numbers, ["quantity"]).varies(spread, size)] = 0.0
     _, middle, most = options.scatter(shares)
     data = {"horizon": median, "horizon_low": low, "horizon_high": high}

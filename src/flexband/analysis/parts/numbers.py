@@ -36,7 +36,8 @@ def numbers_of(response: xr.DataArray, quantities: Quantities | None) -> xr.Data
     """
     if quantities is None:
         return _extremes(response)
-    columns, units = [], []
+    columns = []
+    units = []
     for name, quantity in quantities.items():
         made = made_of(response, quantity)
         if made.size != len(response):
@@ -61,7 +62,9 @@ def units_by_name(response: xr.DataArray) -> list[str]:
 
 
 def _extremes(response: xr.DataArray) -> xr.DataArray:
-    values, names, units = series(response), names_of_outputs(response), units_by_name(response)
+    values = series(response)
+    names = names_of_outputs(response)
+    units = units_by_name(response)
     if values.shape[2] == 1:
         return _with_labels(values[..., 0], names, units)
     both = np.concatenate([values.max(axis=2), values.min(axis=2)], axis=1)

@@ -43,6 +43,7 @@ class Parts:
 
     def samples(self, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
         """Return ξ and η of independent parts; the first ones are the same for any count."""
-        n, tolerances = self.space.random_dimension, self.tolerances
+        n = self.space.random_dimension
+        tolerances = self.tolerances
         u = np.random.default_rng(seed).standard_normal((count, n + tolerances.dimension))
         return of_normals(u[:, :n], self.space.families), tolerances.eta(u[:, n:])

@@ -93,10 +93,12 @@ def sample_parts(
     options = SamplingOptions(probabilities, confidence, accuracy, samples)
     known = several(requirements, "requirements")
     check_quantities(quantities)
-    seed, count = check_integer("seed", seed, 0), options.count(known)
+    seed = check_integer("seed", seed, 0)
+    count = options.count(known)
     settings = EvaluationOptions(batch, store, executor, failed)
     scatter = {} if scatter is None else scatter
     with plain_runs(response, inputs, settings) as (space, explored, runs_of):
-        parts, run = Parts.from_scatter(space, scatter), runs_of(counted(progress, count))
+        parts = Parts.from_scatter(space, scatter)
+        run = runs_of(counted(progress, count))
         result = distribution(run, parts, known, quantities, seed, options)
     return result.assign_attrs(runs=count + explored)

@@ -102,7 +102,8 @@ def at_each_time(
     mixture = Mixture.mean(*(Mixture.from_samples(part.u, rng, options=how) for part in known))
     counts = options.searched_samples, options.samples
     samples = [_weighted_samples(mixture, state.families, count, rng) for count in counts]
-    probabilities, places = [], []
+    probabilities = []
+    places = []
     for part in state.parts:
         for row, series in enumerate(SampledSeries.of_outputs(part.expansion)):
             few, many = (

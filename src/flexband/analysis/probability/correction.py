@@ -206,7 +206,8 @@ def _ends(
 
     Of `count` runs, those that disagree count z; `usual` are the sizes outside and inside.
     """
-    repeats, ends = options.repeats, np.empty(2)
+    repeats = options.repeats
+    ends = np.empty(2)
     of_base = np.exp(error / base * rng.standard_normal(repeats)) if base else np.ones(repeats)
     rest = rng.standard_gamma(count - len(z), repeats)
     for k, (one_more, part) in enumerate(((-usual[1], 0.025), (usual[0], 0.975))):
@@ -235,13 +236,16 @@ def _doubtful(
     if not len(near.u):
         return np.zeros((0, n + len(eta))), 0.0
     mixture = Mixture.from_samples(near.u, rng, options=options.importance.subset.mixture)
-    u, far = mixture.sample(samples, rng), round(options.spread_share * count)
+    u = mixture.sample(samples, rng)
+    far = round(options.spread_share * count)
     spread = _spread(samples, n, rng, options)
-    v, spread = with_eta(u, eta), with_eta(spread, _anywhere(samples, len(eta), rng, options))
+    v = with_eta(u, eta)
+    spread = with_eta(spread, _anywhere(samples, len(eta), rng, options))
     weights, (h, scatter), (h_spread, scatter_spread) = (
         mixture.weights(u), margin_and_scatter(v), margin_and_scatter(spread)
     )  # fmt: skip
-    wrong, beyond = weights * ndtr(-np.abs(h) / scatter), float(weights @ (h < 0))
+    wrong = weights * ndtr(-np.abs(h) / scatter)
+    beyond = float(weights @ (h < 0))
     wrong_spread = ndtr(-np.abs(h_spread) / scatter_spread)
     at = v[_systematic(wrong, count - far, rng)], spread[_systematic(wrong_spread, far, rng)]
     return np.concatenate(at), float(wrong.sum() / max(wrong.sum(), beyond, 1e-300))
@@ -298,7 +302,8 @@ def _samples(
     rng: np.random.Generator,
     options: ImportanceOptions,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    mixture, batches = mixture_around(margin, near.u, rng, options=options), []
+    mixture = mixture_around(margin, near.u, rng, options=options)
+    batches = []
     while True:
         u = mixture.sample(options.batch_samples, rng)
         batches.append((u, mixture.weights(u), margin(u)))

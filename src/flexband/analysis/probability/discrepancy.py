@@ -93,7 +93,8 @@ class _Fit:
     @staticmethod
     def of_kernel(known: DiscrepancyModel, roughness: float, length: float) -> _Fit:
         """Return the fit with a ratio of variances and a relative length."""
-        u, missed = known.u, known.missed
+        u = known.u
+        missed = known.missed
         size = float(np.mean((1 + np.sum(u**2, axis=1)) ** 2))
         kernel = _Kernel(roughness * size, length * float(np.sqrt(u.shape[1])))
         sizes, vectors = np.linalg.eigh(kernel.covariance(u, u))

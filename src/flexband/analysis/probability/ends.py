@@ -75,7 +75,8 @@ def ends(
     times that decide in the search: those that decide about some rare samples, if it is `thin`.
     There are n variables u, and m of η.
     """
-    search, count = _EndSearch(n, rng, options), options.samples
+    search = _EndSearch(n, rng, options)
+    count = options.samples
     if m == 0:
         known = search.rare(state, np.zeros(0))
         return np.zeros((2, 0)), [known, known], np.zeros(2), state
@@ -91,7 +92,8 @@ def ends(
     rough = np.sum([chance.sum(axis=(1, 2)) for chance in chances], axis=0)
     alike = state.in_parts_of([std.mean(axis=0) for _, std in scatter])
     if thin:
-        u, eta = near[:count, :n], erf(near[:count, n:] / np.sqrt(2))
+        u = near[:count, :n]
+        eta = erf(near[:count, n:] / np.sqrt(2))
         times = state.deciding(u, eta, options.slack * search.spread(state, eta))
         # Rare samples hardly see times that decide at few η only.
         floor = options.omitted_share * rough[:, None, None]
@@ -105,7 +107,8 @@ def ends(
     at_extremes = search.mixture(search.rare(state, point).u for point in points[extremes])
     size = search.sizes(alike, Mixture.mean(mixture, at_extremes), count)
     sizes = np.array([size(point) for point in points])
-    eta, noise = np.empty((2, m)), np.empty(2)
+    eta = np.empty((2, m))
+    noise = np.empty(2)
     for end, sign in enumerate((-1.0, 1.0)):
         likely = [np.argsort(-sign * heights)[: options.rough_points] for heights in (sizes, rough)]
         order = np.argsort(-sign * sizes, kind="stable")
@@ -186,7 +189,8 @@ class _EndSearch:
         compared: those of a few may hardly see what leaves the limits at another. For the search
         near the best place, the state `alike` has margins in parts of their scatter.
         """
-        options, count = self.options, self.options.compared_samples
+        options = self.options
+        count = self.options.compared_samples
         known = [self.rare(state, eta, options.samples) for eta in places]
         mixture = self.mixture(samples.u for samples in known)
         u = mixture.sample(count, self.rng)
@@ -195,10 +199,12 @@ class _EndSearch:
         pairs = zip(out.mean(1), known, strict=True)
         heights = [(sign * p, sign * samples.probability) for p, samples in pairs]
         best = heights.index(max(heights))
-        at, probability = places[best], float(out[best].mean())
+        at = places[best]
+        probability = float(out[best].mean())
         if not len(known[best].u) or not probability:
             return at, 0.0
-        gain, scatter = sign * (out - out[best]).mean(axis=1), (out - out[best]).std(axis=1)
+        gain = sign * (out - out[best]).mean(axis=1)
+        scatter = (out - out[best]).std(axis=1)
         scatter = scatter / np.sqrt(count) + 1e-300
         z = gain / scatter
         density = np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi)
@@ -224,5 +230,7 @@ def _climb(
                 trial = at.copy()
                 trial[v] = np.clip(at[v] + change, -1, 1)
                 if trial[v] != at[v] and (trial_height := sign * size(trial)) > height + 1e-12:
-                    at, height, moved = trial, trial_height, True
+                    at = trial
+                    height = trial_height
+                    moved = True
     return at, height

@@ -119,7 +119,8 @@ def interval(
     some = probability > 0
     relative = np.divide(error, probability, out=np.zeros(probability.shape), where=some)
     factor = np.exp(TWO_SIDED * relative)
-    low, high = probability / factor, np.minimum(1.0, probability * factor)
+    low = probability / factor
+    high = np.minimum(1.0, probability * factor)
     return np.where(some, low, 0.0), np.where(some, high, most)
 
 
@@ -175,7 +176,8 @@ def estimate(
     k = max(1.0, -float(ndtri(min(max(known.probability, 1e-300), 0.5))))
     moved = missed_at(k)
     mixture = mixture_around(partial(near.least, eta=eta), known.u, rng, options=options)
-    sums, batch = _Sums(state, moved, options), options.batch_samples
+    sums = _Sums(state, moved, options)
+    batch = options.batch_samples
     while True:
         u = mixture.sample(batch, rng)
         sums.add(u, eta, mixture.weights(u))
@@ -222,7 +224,9 @@ class _Sums:
     """Weighted counts of samples that leave the limits."""
 
     def __init__(self, state: LimitState, moved: float, options: ImportanceOptions):
-        self.state, self.moved, self.options = state, moved, options
+        self.state = state
+        self.moved = moved
+        self.options = options
         self.u: list[np.ndarray] = []
         self.rows: list[np.ndarray] = []
         self.each = np.zeros((2, state.width))
@@ -231,7 +235,8 @@ class _Sums:
         """Add samples."""
 
         def reduce(block: slice, sides: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-            parts, impacts = self.state.parts, self.state.impacts
+            parts = self.state.parts
+            impacts = self.state.impacts
             margins = [
                 np.where(part.inside, part_sides.min(axis=1), np.inf)
                 for part, part_sides in zip(parts, sides, strict=True)
@@ -283,7 +288,8 @@ def probabilities(out: np.ndarray, every: np.ndarray, count: int) -> tuple[np.nd
     `out` are the sums of the weights of samples that leave the limits, and of their squares,
     (2, any), and `every` those of all samples, (2,).
     """
-    leave, stay = out / count, (every[:, None] - out) / count
+    leave = out / count
+    stay = (every[:, None] - out) / count
     errors = [np.sqrt(np.maximum(b - a**2, 0.0) / count) for a, b in (leave, stay)]
     by_others = (errors[1] < errors[0]) & (stay[0] < 1)
     probability = np.where(by_others, 1 - np.maximum(stay[0], 0.0), np.minimum(leave[0], 1.0))

@@ -314,7 +314,8 @@ def _over_choices(results: Mapping[str, xr.Dataset]) -> xr.Dataset:
     the least of these: the interval begins with the lowest.
     """
     every = xr.concat(list(results.values()), "choice", join="exact")
-    upper, chosen = every["bound"] == "upper", {}
+    upper = every["bound"] == "upper"
+    chosen = {}
     for value, low, high in (STATED, BETWEEN, AT_EACH):
         end = every[high].fillna(0.0)  # at times without a limit
         which = xr.where(upper, end.argmax("choice"), end.argmin("choice"))

@@ -211,10 +211,8 @@ def _with_errors(
     What the surrogate may miss makes intervals wider that no runs correct; also those of `each`
     time, (3, bound, …), which are changed. `raw` are estimates by the surrogate.
     """
-    stated, between = (
-        np.array([part.confidence() for part in final]).T,
-        _probabilities_between_times(raw, final),
-    )
+    stated = np.array([part.confidence() for part in final]).T
+    between = _probabilities_between_times(raw, final)
     by_runs = np.array([isinstance(part, Correction) for part in final])
     if _is_exact(state, surrogate):
         pass
@@ -246,7 +244,8 @@ def _everywhere(
     count = max(1, int(np.prod(shape)))
     each = np.full((3, 2, count), np.nan)
     places_of = np.full((2, count, eta.shape[-1]), np.nan)
-    inside, every = state.inside, slice(None)
+    inside = state.inside
+    every = slice(None)
     at = state.series[inside]  # several limits may be on one output: the most likely counts
     np.fmax.at(each, (every, every, at), probabilities[..., inside])  # pyright: ignore
     places_of[:, at] = eta[:, inside]
@@ -270,7 +269,8 @@ def _probabilities_between_times(
                 grown = part.between / part.probability
             value, low, high = grown * [correction.probability, low, high]
             sampled = part.between_error / np.maximum(part.between, 1e-300)  # of the samples alone
-            low, high = low * np.exp(-TWO_SIDED * sampled[1]), high * np.exp(TWO_SIDED * sampled[2])
+            low = low * np.exp(-TWO_SIDED * sampled[1])
+            high = high * np.exp(TWO_SIDED * sampled[2])
         probabilities.append(np.minimum([value, low, high], 1.0))
     alike = len(set(map(type, final))) == 1
     each = np.transpose(probabilities)

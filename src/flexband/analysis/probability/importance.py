@@ -60,16 +60,19 @@ class Mixture:
         """Return a mixture around rare samples, shape (count, n); there may be none."""
         basis = _directions(samples, options)
         n, r = basis.shape
-        unit, inside = np.eye(n), samples @ basis
+        unit = np.eye(n)
+        inside = samples @ basis
 
         def full(covariance: np.ndarray) -> np.ndarray:
             return np.linalg.cholesky(unit + basis @ (covariance - np.eye(r)) @ basis.T)
 
-        means, factors = [np.zeros(n), np.zeros(n)], [unit, full(options.wide_std**2 * np.eye(r))]
+        means = [np.zeros(n), np.zeros(n)]
+        factors = [unit, full(options.wide_std**2 * np.eye(r))]
         shares = [options.input_share, options.wide_share]
         for group in _groups(inside, rng, options):
             part = len(group) / len(samples)
-            middle, several = basis @ group.mean(axis=0), len(group) >= options.min_members * r
+            middle = basis @ group.mean(axis=0)
+            several = len(group) >= options.min_members * r
             if several:
                 covariance = options.widened**2 * np.cov(group.T).reshape(r, r) + 1e-4 * np.eye(r)
                 means.append(middle)
@@ -142,7 +145,8 @@ def _groups(
         nearest = scipy.spatial.distance.cdist(samples, centres).argmin(axis=1)
         sums = np.stack([np.bincount(nearest, column) for column in samples.T], axis=1)
         sizes = np.bincount(nearest)[:, None]
-        before, centres = centres, (sums / np.maximum(sizes, 1))[sizes[:, 0] > 0]
+        before = centres
+        centres = (sums / np.maximum(sizes, 1))[sizes[:, 0] > 0]
         if np.array_equal(before, centres):
             break
     return [samples[nearest == k] for k in np.unique(nearest)]

@@ -15,7 +15,8 @@ from flexband.basics.progress import Progress, counted
 from flexband.basics.response import ResponseFunction
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-MIN_RUNS, MAX_RUNS = 16, 100_000
+MIN_RUNS = 16
+MAX_RUNS = 100_000
 """Of a probability."""
 
 FIRST_PART = 4

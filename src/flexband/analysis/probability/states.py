@@ -143,7 +143,8 @@ class LimitState:
 
         All corridors count.
         """
-        labels, space = surrogate.labels, surrogate.space
+        labels = surrogate.labels
+        space = surrogate.space
         times = surrogate.times
         number = np.arange(math.prod(labels.shape[1:])).reshape(-1, times)
         beyond = beyond_neighbours(surrogate.diagnostics, labels).reshape(2, 2, -1, times)
@@ -157,9 +158,11 @@ class LimitState:
             outputs = expansion.outputs[limited[expansion.outputs]]
             if not len(outputs):
                 continue
-            axis, near = TimeAxis.from_labels(labels, corridor.window), slice(None)
+            axis = TimeAxis.from_labels(labels, corridor.window)
+            near = slice(None)
             if axis is not None:
-                near, axis = (at := axis.near()), axis.at(at)
+                near = (at := axis.near())
+                axis = axis.at(at)
             at = np.arange(times)[near]
             part = expansion.select(outputs, at)
             values = part.evaluate(of_normals(u, space.families), eta)

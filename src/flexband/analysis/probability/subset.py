@@ -73,7 +73,10 @@ def rare(
 ) -> Rare:
     """Return samples with negative margins; `count` is that of a level, by default the options'."""
     u = rng.standard_normal((count or options.level_samples, dimension))
-    margin, probability, step, share = least(u), 1.0, 0.6, options.level_share
+    margin = least(u)
+    probability = 1.0
+    step = 0.6
+    share = options.level_share
     few = round(len(u) * share)
     while True:
         negative = margin < 0
@@ -101,7 +104,8 @@ def _with_scouts(
 ) -> Rare:
     """Return rare samples with those that scouts find, and the probability of all of them."""
     z = rng.standard_normal((options.scouts * len(options.scout_scales), n))
-    scale, chains = np.repeat(options.scout_scales, options.scouts), options.scout_chains
+    scale = np.repeat(options.scout_scales, options.scouts)
+    chains = options.scout_chains
     farthest = math.sqrt(chdtri(n, options.beyond_scouts))
     size = np.minimum(scale * np.linalg.norm(z, axis=1), farthest)
     u = z * (size / np.linalg.norm(z, axis=1))[:, None]
@@ -111,7 +115,8 @@ def _with_scouts(
         return known
     u = u[out]
     nearest = np.argsort(np.sum(u**2, axis=1), kind="stable")[: chains // 2]
-    u, step = u[np.concatenate([nearest, rng.choice(len(u), chains - len(nearest))])], 0.3
+    u = u[np.concatenate([nearest, rng.choice(len(u), chains - len(nearest))])]
+    step = 0.3
     for _ in range(options.scout_renewals):
         every, _, step = _chains(least, u, np.zeros(chains), step, rng, options)
         u = every[-chains:]  # those before it are too much like it to count
@@ -137,7 +142,9 @@ def _chains(
     options: SubsetOptions,
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Return chains from some samples, whose margins stay below the largest, and the next step."""
-    level, places, margins = margin.max(), [], []
+    level = margin.max()
+    places = []
+    margins = []
     for _ in range(round(1 / options.level_share)):
         z = rng.standard_normal(u.shape)
         proposed = math.sqrt(1 - step**2) * u + step * z

@@ -170,7 +170,8 @@ def share_and_interval(production: xr.Dataset) -> tuple[str, str]:
 
 def _share(part: float) -> str:
     """Return a share near 1 in per cent, with two digits of what is missing of it, of four most."""
-    missing, most = 100 * (1 - part), 99.9999
+    missing = 100 * (1 - part)
+    most = 99.9999
     if missing <= 0:
         return "100 %"
     digits = min(max(0, 1 - int(np.floor(np.log10(missing)))), 4)

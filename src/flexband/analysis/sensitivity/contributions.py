@@ -104,9 +104,12 @@ def groups(surrogate: Surrogate) -> dict[str, list[str]]:
 
 def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.Dataset:
     """Return what `contributions` does, for one combination of options."""
-    labels, members = surrogate.labels, groups(surrogate)
+    labels = surrogate.labels
+    members = groups(surrogate)
     check_free(labels, "name", "bound", "input", *LONG_NAMES)
-    names, dims, shape = list(members), labels.dims[1:], labels.shape[1:]
+    names = list(members)
+    dims = labels.dims[1:]
+    shape = labels.shape[1:]
     if shapley and len(names) > 8:  # 2⁸ bands are to be found
         raise InputError(f"shapley takes at most 8 inputs; got {len(names)}: {', '.join(names)}")
     lower, upper = extremes_of(surrogate.expansions, sigmas=sigmas, of=(-1.0, 1.0))
@@ -153,9 +156,12 @@ def _shares(
     each: np.ndarray, width: np.ndarray, vary: np.ndarray, surrogate: Surrogate
 ) -> Variables:
     """Return what inputs have of the width, (names, …, times), in parts of it; 0 of constants."""
-    times, dims, shape = surrogate.times, surrogate.labels.dims[1:], width.shape
+    times = surrogate.times
+    dims = surrogate.labels.dims[1:]
+    shape = width.shape
     outer = shape if surrogate.time is None else shape[:-1]
-    width, each = width.reshape(*outer, times), each.reshape(-1, *outer, times)
+    width = width.reshape(*outer, times)
+    each = each.reshape(-1, *outer, times)
     widest = np.argmax(width, axis=-1, keepdims=True)
     at_widest = np.take_along_axis(each, widest[None], axis=-1)[..., 0]
     share_dims = ("name", *(dim for dim in dims if dim != surrogate.time))

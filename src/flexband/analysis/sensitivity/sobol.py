@@ -75,7 +75,8 @@ def sobol_indices(
     >>> indices["total"].sel(name="a").values.round(4)  # 4/(4 + 1)
     array([0.8, 0.8])
     """
-    surrogates, seed = surrogates_of(surrogate), check_integer("seed", seed, 0)
+    surrogates = surrogates_of(surrogate)
+    seed = check_integer("seed", seed, 0)
     if any(not case_surrogate.space.random_dimension for case_surrogate in surrogates.values()):
         raise InputError("surrogate must have random inputs; Sobol' indices are parts of variance")
     parts = {
@@ -179,7 +180,8 @@ class _Indices:
         order: where a part and the variance have the same errors, the index has none.
         """
         parts = self.variances(eta, times)
-        variance, mean = parts[0], parts.mean(axis=2, keepdims=True)
+        variance = parts[0]
+        mean = parts.mean(axis=2, keepdims=True)
         known = np.where(mean[0] > self.least, mean[0], np.nan)
         index = mean[1:] / known
         return index + (parts[1:] - index * variance) / known, mean[0, :, 0]

@@ -65,7 +65,8 @@ def tolerance_for(
     >>> float(fb.analysis.tolerance_for(surrogate, "length", share=0.5)["tolerance"].round(3))
     0.05
     """
-    several, k = surrogates_of(surrogate), checked_sigmas(sigmas)
+    several = surrogates_of(surrogate)
+    k = checked_sigmas(sigmas)
     if len(several) > 1:
         raise InputError("tolerance_for takes a surrogate without choices, that of one option")
     (plain_surrogate,) = several.values()
@@ -89,14 +90,16 @@ def tolerance_for(
     lower, upper = ends(plain_surrogate)
     before = (upper - lower).reshape(*shape, -1).max(axis=-1)
     vary = not_constant(lower, upper, units_of(labels)).reshape(shape)
-    factors, least = np.linspace(0.0, 1.0, 9), 1e-6  # a part of the tolerance that counts as none
+    factors = np.linspace(0.0, 1.0, 9)
+    least = 1e-6  # a part of the tolerance that counts as none
     widths = np.stack([width(max(f, least)) for f in factors[:-1]])
     target_width = share * before
     narrow = np.logical_and.accumulate(widths <= target_width, axis=0).sum(axis=0)
     largest_factor = np.full(shape, np.nan)
     for at in np.argwhere(narrow > 0):
         place = tuple(at)
-        low, high = factors[narrow[place] - 1], factors[narrow[place]]
+        low = factors[narrow[place] - 1]
+        high = factors[narrow[place]]
         for _ in range(12):
             middle = (low + high) / 2
             inside = width(max(middle, least))[place] <= target_width[place]

@@ -82,7 +82,8 @@ class Exact:
 
     def __call__(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
         hybrid = self.series.hybrid
-        blocks, most = [], max(1, self.options.values_at_once // len(hybrid.j))
+        blocks = []
+        most = max(1, self.options.values_at_once // len(hybrid.j))
         for first in range(0, len(eta), most):
             rows = slice(first, first + most)
             terms = hybrid.coefficients[:, times[rows]] * hybrid.chebyshev(eta[rows])[:, hybrid.i].T
@@ -113,7 +114,8 @@ class Sampled:
         options: VarianceOptions,
     ) -> Sampled:
         """Return the variances of a series with scrambled Sobol' sequences."""
-        n, count = len(families), samples // REPLICATES
+        n = len(families)
+        count = samples // REPLICATES
         u = [sobol(count, 2 * n, seed * REPLICATES + k) for k in range(REPLICATES)]
         both = ndtri(np.concatenate(u))
         sets = [of_normals(v, families) for v in (both[:, :n], both[:, n:])]
@@ -123,12 +125,15 @@ class Sampled:
         return Sampled(series, series.basis(np.concatenate(sets)), len(sets), options)
 
     def __call__(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
-        variances, most = [], max(1, self.options.values_at_once // len(self.psi))
+        variances = []
+        most = max(1, self.options.values_at_once // len(self.psi))
         for first in range(0, len(eta), most):
             rows = slice(first, first + most)
             values = self.series.values(self.psi, eta[rows], times[rows])
             values = np.moveaxis(values.reshape(len(values), self.sets, REPLICATES, -1), 1, 0)
-            first_set, second_set, mixed = values[0], values[1], values[2:]
+            first_set = values[0]
+            second_set = values[1]
+            mixed = values[2:]
             # of the same pairs: their errors cancel in indices
             variance = _half_square(first_set, second_set)
             alone = variance - _half_square(second_set, mixed)

@@ -48,7 +48,8 @@ def runs_as_expanded(
         def runs_of(surrogate: Surrogate, case: str, advance: Advance) -> Runs:
             with without_warnings(ResolutionWarning, StrainWarning):
                 expanded_response, finer = as_expanded(surrogate, response)
-            space, labels = surrogate.space, surrogate.labels
+            space = surrogate.space
+            labels = surrogate.labels
             known = setting(case, finer, expanded_response.branch)
             if more_times:
                 arguments = space.arguments_at(*space.nominal())

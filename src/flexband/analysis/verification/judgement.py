@@ -38,12 +38,14 @@ def judge_by_runs(
         return surrogate
     (xi, eta, F), labels = runs, surrogate.labels
     times = F.shape[-1]
-    half, no_overshoot = min(times, max(1, round(window * times))), np.zeros(F.shape[1:])
+    half = min(times, max(1, round(window * times)))
+    no_overshoot = np.zeros(F.shape[1:])
     held = HeldOut(xi, eta, missed, no_overshoot, half, weight)
     error = held.expected_error(surrogate.space.interval_dimension)
     error = np.maximum(error, np.finfo(float).eps * rms(F)[:, None]).reshape(labels.shape[1:])
     of_mean = growth(0) if surrogate.space.random_dimension else 1.0
-    parts, dims = missed_part(missed, F, units_of(labels)), labels.dims[1:]
+    parts = missed_part(missed, F, units_of(labels))
+    dims = labels.dims[1:]
     trusted = trust(labels, parts, "its variation in verification runs")
     diagnostics = surrogate.diagnostics.assign(
         mean_expected_error=(dims, of_mean * error),

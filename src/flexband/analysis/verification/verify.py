@@ -168,7 +168,8 @@ def verify(
     'yes'
     """
     surrogates = dict(surrogates_of(surrogate))
-    runs, seed = check_integer("runs", runs, 2, MAX_RUNS), check_integer("seed", seed, 0)
+    runs = check_integer("runs", runs, 2, MAX_RUNS)
+    seed = check_integer("seed", seed, 0)
     sigmas = checked_sigmas(sigmas)
     given = next(iter(surrogates.values())).space.given
     advance = counted(progress, runs * len(surrogates))
@@ -270,7 +271,8 @@ def _at_least(
 ) -> np.ndarray:
     """Return the root mean square missed at least, (outputs,): (runs, outputs) refute less."""
     scale = np.sqrt(square.mean(axis=0)) + TINY
-    threshold, factors = np.log(square.shape[1] / (1 - CONFIDENCE)), options.betting_factors
+    threshold = np.log(square.shape[1] / (1 - CONFIDENCE))
+    factors = options.betting_factors
     low, high = (np.full(len(scale), end) for end in (options.min_part, 1.0))
     bets = np.array(factors)[:, None, None]
     for _ in range(options.halvings):  # what is claimed to be missed, in parts of what is
@@ -298,7 +300,8 @@ def _at_corner(F: np.ndarray, eta: np.ndarray, pairs: np.ndarray, min_pairs: int
     """
     if not pairs.size:
         return np.zeros(F.shape[1])
-    half, m = (F[pairs[:, 0]] - F[pairs[:, 1]]) / 2, eta.shape[1]
+    half = (F[pairs[:, 0]] - F[pairs[:, 1]]) / 2
+    m = eta.shape[1]
     if len(pairs) < min_pairs * m:
         return np.sqrt(m * np.mean(half**2, axis=(0, 2))) / ASIDE
     effects = np.linalg.lstsq(eta[pairs[:, 0]], half.reshape(len(half), -1))[0]
@@ -314,8 +317,11 @@ def _points(
     options: VerificationOptions,
 ) -> tuple[VerificationPoints, np.ndarray]:
     """Return where the runs are, and each output's error bar's width."""
-    space, rng, every = surrogate.space, np.random.default_rng(seed), options.anywhere
-    golden, k = (5**0.5 - 1) / 2, np.arange(max(runs, options.times))
+    space = surrogate.space
+    rng = np.random.default_rng(seed)
+    every = options.anywhere
+    golden = (5**0.5 - 1) / 2
+    k = np.arange(max(runs, options.times))
     at = (surrogate.times * ((0.5 + golden * k) % 1)).astype(int)
     scattered, which = np.unique(at, return_inverse=True)
     _, low, high = extremes_of(surrogate.expansions, scattered, sigmas)
@@ -329,7 +335,8 @@ def _points(
     at_bounds = np.flatnonzero(~anywhere)
     pairs = at_bounds[: len(at_bounds) // 2 * 2 * left_out.any()].reshape(-1, 2)
     first, second = pairs.T
-    bound[second], eta[second] = bound[first], eta[first]
+    bound[second] = bound[first]
+    eta[second] = eta[first]
     sides = ASIDE * rng.choice([-1.0, 1.0], (len(pairs), left_out.sum()))
     for run_numbers, side in ((first, 1), (second, -1)):
         eta[np.ix_(run_numbers, left_out)] = side * sides
@@ -338,14 +345,16 @@ def _points(
         anywhere |= ~np.isin(k, at_bounds[once])
         pairs = pairs[~anywhere[pairs].any(axis=1)]
     eta = np.where(anywhere[:, None], in_discs(rng.uniform(-1, 1, eta.shape), space.discs), eta)
-    normals, weight = np.zeros((runs, space.random_dimension)), np.ones(runs)
+    normals = np.zeros((runs, space.random_dimension))
+    weight = np.ones(runs)
     sample = sampled | (space.random_dimension == 0)
     for kind in (sample, ~sample & (bound == 0), ~sample & (bound == 1)):
         rows = np.setdiff1d(np.flatnonzero(kind), second)
         draw = int(rng.integers(2**31))
         normals[rows] = latin_hypercube_normals(len(rows), normals.shape[1], draw)
     normals[~sample], weight[~sample] = stretch_samples(normals[~sample], options.farthest, rng)
-    normals[second], weight[second] = normals[first], weight[first]
+    normals[second] = normals[first]
+    weight[second] = weight[first]
     xi = of_normals(normals, space.families)
     names = np.where(anywhere, "anywhere", np.array(["lower bound", "upper bound"])[bound])
     return VerificationPoints(xi, eta, weight, sample & anywhere, names.tolist(), pairs), width

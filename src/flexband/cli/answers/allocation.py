@@ -62,7 +62,8 @@ def allocate(
     with those of the study.
     """
     surrogate = result.surrogate
-    k, costs = one_of(sigmas, probability, 3.0), costs_of(cost)
+    k = one_of(sigmas, probability, 3.0)
+    costs = costs_of(cost)
     limits = limits_of(below or [], above or [], during, result, only or [], trust=trust)
     if isinstance(surrogate, fb.Surrogate):
         with usage():

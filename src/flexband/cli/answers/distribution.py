@@ -114,7 +114,8 @@ def check_options(kind: Kind, values: dict[str, object]) -> None:
 
 def answer_with(data: xr.Dataset, kind: Kind, title: str, display: Display) -> CommandOutput:
     """Return the table, the data and the figure of bounds."""
-    bounds, name = display.data(data), "distribution" if kind is Kind.p_box else kind.value
+    bounds = display.data(data)
+    name = "distribution" if kind is Kind.p_box else kind.value
     variable = bounds[name]
     outputs_to_draw = drawable_outputs(
         variable.isel(probability=0) if "probability" in variable.dims else variable

@@ -120,7 +120,8 @@ class CommandOutput:
         if (data := self.data) is None:
             return []
         check_folder(folder)
-        file, picture = answer_file(folder, self.name), folder / f"{self.name}.png"
+        file = answer_file(folder, self.name)
+        picture = folder / f"{self.name}.png"
         written = [file] if try_write(lambda: write_netcdf(data, file)) else []
         if self.figure is not None and draw(self.figure, picture, drawable=self.drawable):
             written.append(picture)

@@ -76,7 +76,8 @@ def limits(
     time. limits.nc, probability.nc and limits.png are written; other limits never take the place
     of the study's there. Runs are kept with those of the study.
     """
-    surrogate, place = result.surrogate, result.folder
+    surrogate = result.surrogate
+    place = result.folder
     with usage():
         sigmas = None if sigmas is None else checked_sigmas(sigmas)
     requested_limits = limits_of(below or [], above or [], during, result, only or [], trust=trust)
@@ -103,7 +104,8 @@ def limits(
             verdicts = [RequirementVerdict.not_checked(each, why) for each in requested_limits]
             return CommandOutput({}, verdicts=verdicts)
     draw_limits(check, place, result.display)
-    margins, probability = check.margins, check.probability
+    margins = check.margins
+    probability = check.probability
     checked = result.display.data(margins)
     likely = None if probability is None else result.display.data(probability)
     sentences = [margins_in_words(checked), *([] if likely is None else [verdict_on(likely)])]

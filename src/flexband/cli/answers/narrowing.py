@@ -66,7 +66,8 @@ def narrow(
     If the study in FOLDER has limits, the least margins of μ ± 3σ before and after are shown, too.
     narrowed.nc is written, in place of an earlier one.
     """
-    surrogate, place = result.surrogate, result.folder
+    surrogate = result.surrogate
+    place = result.folder
     if not isinstance(surrogate, fb.Surrogate):
         raise InputError("a surrogate with choices is narrowed in Python, one option at a time")
     with usage():
@@ -75,7 +76,8 @@ def narrow(
         before, after = (expansion.bands(sigmas) for expansion in both)
     requirements = result.limits(trust=trust)
     limits = limits_before_and_after(both, requirements, result.display, likely=probability)
-    display, units = result.display, result.display.input_units()
+    display = result.display
+    units = result.display.input_units()
     words = {name: known_of(new, display.scale(name))[1] for name, new in new_inputs.items()}
     changed = "; ".join(f"{k}: {text} {units.get(k, '')}".rstrip() for k, text in words.items())
     after = after.assign_attrs(changes=changed)
@@ -217,7 +219,8 @@ def tolerance(
     if reached:
         header += [f"tolerance for {percent_to_tenth(share)}", "part of the present one"]
     rows = []
-    factors, scale = result.display.data(tolerances), result.display.scale(name)
+    factors = result.display.data(tolerances)
+    scale = result.display.scale(name)
     for output, (_, _, factor, size) in table.items():
         width, least = (float(select(factors[k], output)) for k in ("width", "least_width"))
         if output in still:

@@ -46,7 +46,8 @@ def path(
         )  # fmt: skip
     shown = result.display.data(regions)
     radius = shown["radius"]
-    widest, last = int(np.argmax(radius.values)), str(radius.dims[0])
+    widest = int(np.argmax(radius.values))
+    last = str(radius.dims[0])
     at = float(regions[last][widest]) if last in regions.coords else float(widest)
     error = float(shown["expected_error"].max()) if "expected_error" in shown else None
     about = {"sigmas": k} if probability is None else {"probability": probability}

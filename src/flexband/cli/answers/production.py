@@ -126,7 +126,8 @@ def scatter_of(texts: list[str], space: Space) -> Scatter:
 def _scatter(form: str, interval: Any) -> Any:
     """Return the distribution of parts within an interval; raise `ValueError` for other forms."""
     tolerance: Interval = interval
-    lower, upper = tolerance.lower, tolerance.upper
+    lower = tolerance.lower
+    upper = tolerance.upper
     if form == "uniform":
         return fb.Uniform(lower, upper)
     if form == "triangular":

@@ -40,10 +40,12 @@ def contributions(
     with usage():
         data = fb.analysis.contributions(result.surrogate, sigmas=sigmas, shapley=shapley)
     ranking = data
-    kinds, drawn = ["mean_share", "share_at_widest"], "contribution"
+    kinds = ["mean_share", "share_at_widest"]
+    drawn = "contribution"
     title = f"How much narrower μ ± {deviations(ranking)} is with the input at its nominal value"
     if shapley:
-        kinds, drawn = [f"shapley_{kind}" for kind in kinds], "shapley"
+        kinds = [f"shapley_{kind}" for kind in kinds]
+        drawn = "shapley"
         title = f"Parts of the width of μ ± {deviations(ranking)} by Shapley's values"
         share = ranking[kinds[0]]
         largest = share.max([dim for dim in share.dims if dim != "name"]).values

@@ -98,7 +98,8 @@ def write_parquet(runs: xr.Dataset, file: Path) -> None:
         import pyarrow.parquet as pq  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise InputError(f"--to {file} requires pyarrow: pip install 'flexband[parquet]'") from None
-    names, parts = header(runs), list(blocks(runs))
+    names = header(runs)
+    parts = list(blocks(runs))
     columns = [[value for part in parts for value in part[k]] for k in range(len(names))]
     with replaced(file) as partial:
         pq.write_table(pa.table(dict(zip(names, columns, strict=True))), partial)

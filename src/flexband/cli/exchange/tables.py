@@ -50,7 +50,8 @@ def from_table(
     check_folder(output)
     written = output / FileName.SURROGATE
     save_surrogate(surrogate, written)
-    lines, verdicts = [], []
+    lines = []
+    verdicts = []
     if study.requirements:
         check = check_limits_in(output, surrogate, several(study.requirements))
         verdicts = requirement_verdicts(check, uncertain_inputs(None, surrogate), None)

@@ -38,7 +38,8 @@ class ElementTable:
     """The elements of all cables, or of all beams without an integration rule."""
 
     def __init__(self, free: Sequence[FreeStrainEntry] = ()):
-        self.free, self.free_terms = free, list[FreeTerm]()
+        self.free = free
+        self.free_terms = list[FreeTerm]()
         self.groups: list[range] = []
         self.inverse_length: list[ArrayLike] = []
         self.retardation: list[ArrayLike] = []
@@ -54,7 +55,9 @@ class ElementTable:
         self.retardation += body.retardation_times * body.elements
         strains = body.element_strains(body.at_start, body.element_lengths.T)
         numbers = [np.moveaxis(c, 0, -1) for c in body.element_stiffness()] + list(strains)
-        begin, count, axial = len(self.stiffness), len(numbers), len(numbers) - len(strains)
+        begin = len(self.stiffness)
+        count = len(numbers)
+        axial = len(numbers) - len(strains)
         self.stiffness += _rows(np.stack(np.broadcast_arrays(*numbers), axis=1))
         strains = [enumerate(entry.strains) for entry in self.free if entry.member == name]
         for e, forms in itertools.chain.from_iterable(strains):
@@ -114,7 +117,8 @@ class ContinuumTable(ElementTable):
         self.retardation += body.retardation_times[:1] * body.elements
         self.stiffness += _by_point([np.moveaxis(c, 0, -1) for c in body.stiffness()])
         rows = [] if body.straight else _by_point(body.initial_strains(POSITIONS))
-        each, begin = len(rows) // body.elements, len(self.initial)
+        each = len(rows) // body.elements
+        begin = len(self.initial)
         self.initial_row += [begin + each * e if rows else -1 for e in range(body.elements)]
         self.initial += rows
 

@@ -21,8 +21,10 @@ class FrictionTable:
     def __init__(self, model: Model, vectors: VectorTables):
         state = model.state
         self.frictions = [friction for _, friction in model.frictions]
-        self.groups, self.actions = vectors.vectors.groups, vectors.actions
-        self.contact_forces, self.gaps = model.rubbed_rows, model.rubbed_gaps
+        self.groups = vectors.vectors.groups
+        self.actions = vectors.actions
+        self.contact_forces = model.rubbed_rows
+        self.gaps = model.rubbed_gaps
         self.earlier = _earlier_in_line(self.frictions, model.guess)
         travels = model.travel_forms
         self.terms = TermTable(travels, state.friction, state.angle, set())
@@ -45,7 +47,8 @@ class FrictionTable:
         return self.terms.couples()
 
     def structure(self, places: Places) -> Friction:
-        state, slots = places.state, {}
+        state = places.state
+        slots = {}
         for term in self.terms.terms:
             rows: Sequence[int] = (term.i, term.j)
             if term.j >= state.angle:

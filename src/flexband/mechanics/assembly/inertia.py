@@ -37,7 +37,9 @@ class Inertia:
     """
 
     def __init__(self, model: Model, options: MassOptions = MassOptions()):
-        self._model, self._options, self._mass = model, options, model.mass
+        self._model = model
+        self._options = options
+        self._mass = model.mass
         self.inverse_scale = self._inverse_scale()
         self._rigid_rows = [
             model.first_coordinates[name] + k
@@ -48,7 +50,9 @@ class Inertia:
 
     def _inverse_scale(self) -> list[ArrayLike]:
         """Return 1/size for positions, of the nodes' box and the largest gyration, and 1 else."""
-        start, places, mass = self._model.guess, self._model.places, self._mass
+        start = self._model.guess
+        places = self._model.places
+        mass = self._mass
         axes = [node[:, 0] for nodes in self._model.axes.values() for node in nodes]
         extents = (np.ptp(stack([start[row] for row in rows]), axis=0) for rows in places.T)
         masses = [mass[n, n] for n in places[:, 0]]
@@ -87,7 +91,8 @@ class Inertia:
     def sharing_mass(self) -> MassEntries:
         """Return the regular mass matrix with larger masses and inertias of light rigid bodies."""
         inertia, total = self._of_rows(self.regular_mass)
-        least, heavier = self._options.min_sharing * total, dict(self.regular_mass)
+        least = self._options.min_sharing * total
+        heavier = dict(self.regular_mass)
         for i in self._rigid_rows:
             if np.any(inertia[i] < least):
                 instead = least * np.square(self.inverse_scale[i])
@@ -96,7 +101,9 @@ class Inertia:
 
     def metric(self) -> list[np.ndarray]:
         """Return the regular mass matrix with moments of inertia that outweigh all masses."""
-        model, mass, nodes = self._model, self.regular_mass, self._model.places[:, 0]
+        model = self._model
+        mass = self.regular_mass
+        nodes = self._model.places[:, 0]
         rigid = [name for name, body in model.bodies.items() if body.rigid]
         turned = {row for name in rigid for row in model.node_vectors[name][:, 1:].flat}
         masses = sum(mass[n, n] for n in nodes)

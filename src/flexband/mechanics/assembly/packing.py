@@ -71,7 +71,8 @@ def pack(
 
     With the tolerance of steps that are chosen freely, functions of time are polynomials.
     """
-    terms, first = system.structure.terms, system.structure.state.multiplier
+    terms = system.structure.terms
+    first = system.structure.state.multiplier
     entries = zip(terms.f.tolist(), terms.k.tolist(), strict=True)
     driven = {f: system.constraints[k - first] for f, k in reversed(list(entries)) if f > 0}
     schedule, functions, rates, polynomials = tabulate(
@@ -103,7 +104,8 @@ def check_memory(
     system: System, times: int, threads: int, substeps: int, *, polynomials: bool = False
 ) -> None:
     """Raise `InputError` if a simulation with so many times takes more memory than there is."""
-    samples, outputs = system.samples, len(system.outputs)
+    samples = system.samples
+    outputs = len(system.outputs)
     tables = (3 + COEFFICIENTS * polynomials) * (1 + len(system.functions))
     lanes = WIDTH * min(threads, -(-samples // WIDTH))
     several = any(np.size(evaluate_function(f, 0.0)) > 1 for f in system.functions)

@@ -15,7 +15,9 @@ from flexband.mechanics.assembly.system import System
 
 def attributes_of_units(system: System, h: float = np.inf) -> dict[str, str]:
     """Return rounding errors by unit, for the attributes of "unit"; steps h [s], ∞ in statics."""
-    model, values, start = system.model, system.values, system.values.start
+    model = system.model
+    values = system.values
+    start = system.values.start
     places = model.places
     relative = 128 * np.finfo(float).eps  # of some tens of operations, with angles of some turns
     size = max(np.max(1 / values.inverse_scale[places[:, 0]]), np.max(np.abs(start[places])))

@@ -297,7 +297,8 @@ class WorkSpace(NamedTuple):
     @staticmethod
     def from_structure(structure: Structure) -> WorkSpace:
         """Return work space for a mechanism, zeros."""
-        state, pattern = structure.state, structure.pattern
+        state = structure.state
+        pattern = structure.pattern
         turning = len(structure.vectors.turning) - 1
         blocks = max(ROWS, GAUSS_POINTS * HESSIAN_ROWS, structure.laws.memory)
         unknowns = state.velocity + 1  # the kernels read one row more, see `pattern.NONE`

@@ -98,7 +98,8 @@ def assemble(mechanism: Mechanism) -> System:
     """Return the arrays of a mechanism."""
     warn_of_elements(mechanism)
     model = mechanism.model
-    state, mass = model.state.with_extremes(len(model.watched)), model.mass
+    state = model.state.with_extremes(len(model.watched))
+    mass = model.mass
     velocity: list[ArrayLike] = [0.0]
     free = [strain for entries in model.entries.values() for strain in entries.strains]
     continua = ContinuumTable()
@@ -193,7 +194,11 @@ def _angle_coordinates(model: Model) -> set[int]:
 
 def _sensors(model: Model):
     """Return outputs, units, sensors with their rows, owners of conditions, and all the rows."""
-    outputs, units, sensors, conditions, rows = [], [], [], [], []
+    outputs = []
+    units = []
+    sensors = []
+    conditions = []
+    rows = []
     for name, sensor in model.sensors.items():
         before = len(outputs)
         for output, unit in model.outputs[name]:

@@ -78,7 +78,8 @@ class MassTable:
     functions = ()
 
     def __init__(self, mass: MassEntries, regular_mass: MassEntries):
-        self.mass, self.regular_mass = mass, regular_mass
+        self.mass = mass
+        self.regular_mass = regular_mass
 
     def couples(self) -> Couples:
         return iter(self.mass)
@@ -159,7 +160,8 @@ class TermTable(_FormTable):
     ):
         super().__init__(rows, first_multiplier)
         self.terms.sort(key=lambda t: (t.i == 0, t.j >= first_angle, _is_steady(t, first_angle)))
-        self.first_angle, self.turning = first_angle, turning
+        self.first_angle = first_angle
+        self.turning = turning
 
     def couples(self) -> Couples:
         for k, i, j, *_ in self.terms:

@@ -56,9 +56,12 @@ class VectorTable:
         self.vectors = [entries_of(vector) for vector in vectors]
         self.groups = [[row for row, _ in entries] for entries in self.vectors]
         self.components = max(map(len, vectors), default=2)
-        self.turned, self.multipliers = self.groups[:angles], multipliers
-        self.lengths, self.direction = lengths, direction
-        self.sensor_angle, self.turning = sensor_angle, turning
+        self.turned = self.groups[:angles]
+        self.multipliers = multipliers
+        self.lengths = lengths
+        self.direction = direction
+        self.sensor_angle = sensor_angle
+        self.turning = turning
 
     def couples(self) -> Couples:
         yield from pairs_of(self.turned)
@@ -110,13 +113,15 @@ class SpringTable:
         angle: int,
         groups: Sequence[Sequence[int]],
     ):
-        self.springs, self.vector = springs, vector
+        self.springs = springs
+        self.vector = vector
         self.angles = angle + starts([spring.angles for spring in springs])
         self.groups = [
             [i for a in (vector + s, *range(*self.angles[s : s + 2])) for i in groups[a]]
             for s in range(len(springs))
         ]
-        self.pulls, self.functions = [], []
+        self.pulls = []
+        self.functions = []
         self.tables = [s.table.rows if s.table else ([], 0, 0) for s in springs]
         for spring in springs:
             (((_, _, f), c),) = spring.pull.terms.items() or [((0, 0, None), 0.0)]
@@ -164,9 +169,13 @@ class LawTable:
     ):
         self.margins = margins
         self.compiled = [compiled_laws.compiled_law(entry.law, entry.shape) for entry in laws]
-        self.laws, self.angle, self.position = laws, angle, position
+        self.laws = laws
+        self.angle = angle
+        self.position = position
         self.parameters = [parameter for law in laws for parameter in law.parameters]
-        self.groups, self.place, point = [], [[0] * len(group) for group in groups], 0
+        self.groups = []
+        self.place = [[0] * len(group) for group in groups]
+        point = 0
         for law in laws:
             points = range(point, point + len(law.points))
             vectors = [first + p for p in points for first in (angle, position)]

@@ -116,5 +116,6 @@ def curvature(q: np.ndarray, xi: float, length: np.ndarray) -> np.ndarray:
     """Return the curvature times the length at ξ, shape (…); `q` as in `slope`."""
     ri, gi, rj, gj = q
     _, ki, k, kj = hermite_curvature(xi)
-    p, w = slope(q, xi, length), k / length * (rj - ri) + ki * gi + kj * gj
+    p = slope(q, xi, length)
+    w = k / length * (rj - ri) + ki * gi + kj * gj
     return (p[0] * w[1] - p[1] * w[0]) / (p[0] ** 2 + p[1] ** 2)

@@ -224,7 +224,8 @@ class Beam(CentreLine):
         curvature = along("Beam curvature [1/m]", self.curvature, check_finite)
         area, second, _ = self.profile.moments(along)
         ratio = curved_second_moment(self.profile, curvature, along)
-        a, b = curvature * second / area, 1 / (ratio * (1 - curvature * np.asarray(y)))
+        a = curvature * second / area
+        b = 1 / (ratio * (1 - curvature * np.asarray(y)))
         return [y, *self.elasticity(along), a, b]
 
     def elasticity(self, along: Along) -> Elasticity:
@@ -289,8 +290,11 @@ class Beam(CentreLine):
         if self.integration is not None:
             return q
         nodes = q.reshape(6, 2, *q.shape[1:])
-        axis, sections = nodes[[0, 1, 3, 4]], nodes[[2, 5]]
-        axial, shear, angles = [], [], []
+        axis = nodes[[0, 1, 3, 4]]
+        sections = nodes[[2, 5]]
+        axial = []
+        shear = []
+        angles = []
         for g, d in zip(axis[[1, 3]], sections, strict=True):
             e = d / np.hypot(*d)
             axial.append(g[0] * e[1] - g[1] * e[0] - 1)
@@ -304,7 +308,8 @@ class Beam(CentreLine):
 
     def initial_strains(self, points: np.ndarray) -> list[np.ndarray]:
         """Return the strains of a continuum at these ξ at the start, (elements, points, n or 1)."""
-        q, length = self.at_start, self.element_lengths.T
+        q = self.at_start
+        length = self.element_lengths.T
         at_points = [strains.py_func(self.vectors(q, xi, length)) for xi in points]
         return [np.stack(column, axis=1) for column in zip(*at_points, strict=True)]
 
@@ -315,7 +320,10 @@ class Beam(CentreLine):
         q, xi, length, initial, (EA, _, kGA), inertia = state
         now = self.element_strains(q, length)
         change = now - initial
-        axial, bent, shear, thickness = change[:3], change[3:5], kGA / EA * change[5:7], change[7:]
+        axial = change[:3]
+        bent = change[3:5]
+        shear = kGA / EA * change[5:7]
+        thickness = change[7:]
         pulls = shear * np.arctan2(now[5:7], 1 + now[[0, 2]])  # Qγ/EA
         pull = 5 * (pulls[1] - pulls[0])
         nodes = q.reshape(6, 2, *q.shape[1:])
@@ -340,12 +348,14 @@ class Beam(CentreLine):
             now, start = (strains.py_func(self.vectors(z, place, length)) for z in (q, initial))
             return [a - b for a, b in zip(now, start, strict=True)]
 
-        strain, middle = changes(xi), changes(0.5)
+        strain = changes(xi)
+        middle = changes(0.5)
         strain[1] = middle[1] + c.s0 * middle[4] / c.c11 * (xi - 0.5) * length
         return strain
 
     def section_forces(self, state: ElementState) -> Sequence[np.ndarray]:
-        strain, section = self.strains(state), state.section
+        strain = self.strains(state)
+        section = state.section
         if self.integration is None:
             EA, EI, kGA = section
             return EA * strain[0], kGA * strain[2], EI * strain[1]
@@ -381,11 +391,14 @@ class Beam(CentreLine):
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return p = r₀′, w = d′ [1/m] and d at ξ, each of shape (2, …)."""
         nodes = q.reshape(6, 2, *q.shape[1:])
-        p, di, dj = slope(nodes[[0, 1, 3, 4]], xi, length), nodes[2], nodes[5]
+        p = slope(nodes[[0, 1, 3, 4]], xi, length)
+        di = nodes[2]
+        dj = nodes[5]
         return p, (dj - di) / length, (1 - xi) * di + xi * dj
 
     def mass_entries(self) -> MassEntries:  # ∫ρ ṙ·ṙ dA ds with r = r₀ + y d
-        area, density = self.profile.moments(self.at_gauss_points)[0], self.properties()[0]
+        area = self.profile.moments(self.at_gauss_points)[0]
+        density = self.properties()[0]
         entries = self.axis_mass(self.at_gauss_points(*density) * area)
         rotary = self._rotary(self.at_gauss_points)
         across = np.stack([1 - POSITIONS, POSITIONS])

@@ -259,7 +259,8 @@ class CentreLine(Body):
     def coordinates(self) -> list[np.ndarray]:  # r, r_x and, of a beam, r_y of each node
         nodes = []
         for x, y, angle in zip(*(column.T for column in self.node_axes()), strict=True):
-            c, s = np.cos(angle), np.sin(angle)
+            c = np.cos(angle)
+            s = np.sin(angle)
             nodes += [x, y, c, s, -s, c][: self.per_node]
         return nodes
 
@@ -287,11 +288,13 @@ class CentreLine(Body):
         else:
             curvature = np.asarray(self.curvature, dtype=float)[..., None]
             x, y, turned = arc(curvature, length * self.mesh.nodes)
-        c, s = np.cos(angle), np.sin(angle)
+        c = np.cos(angle)
+        s = np.sin(angle)
         return x0 + c * x - s * y, y0 + s * x + c * y, angle + turned
 
     def velocities(self) -> list[np.ndarray]:  # those of a rigid body
-        q, rate = self.coordinates(), np.asarray(self.rate, dtype=float)
+        q = self.coordinates()
+        rate = np.asarray(self.rate, dtype=float)
         vx, vy = (np.asarray(v, dtype=float) for v in self.velocity)
         rates = []
         for k in self.nodes:
@@ -301,7 +304,8 @@ class CentreLine(Body):
         return rates
 
     def refined(self, parts: int) -> Self:
-        elements, each = parts * self.elements, parts * self.elements_per_node
+        elements = parts * self.elements
+        each = parts * self.elements_per_node
         return replace(self, elements=elements, elements_per_node=each, elements_left_out=False)
 
     def divided(self, points: Iterable[str]) -> Self:
@@ -318,7 +322,8 @@ class CentreLine(Body):
 
     def _place(self, name: str) -> float:
         """Return the place of a named point in lengths of an element, if all were equal."""
-        count, each = self.elements, self.elements_per_node
+        count = self.elements
+        each = self.elements_per_node
         places = {"start": 0.0, "end": count, "middle": count / 2, "center": count / 2}
         places |= {f"node {k}": k * each for k in range(count // each + 1)}
         try:
@@ -333,7 +338,8 @@ class CentreLine(Body):
         return place
 
     def frame(self, name: str, first: int) -> PlanarFrame:
-        place, rows = self.located(name), first + self.element_rows
+        place = self.located(name)
+        rows = first + self.element_rows
         if place == self.elements:
             return self.node_frame(int(rows[-1]) + self.per_node)
         element = int(place)
@@ -344,7 +350,8 @@ class CentreLine(Body):
             return replace(a, axes=(scale(0.5, add(before.x, a.x)), a.y))
         if place == element:
             return a
-        xi, length = place - element, self.length_of(element)
+        xi = place - element
+        length = self.length_of(element)
 
         def combined(h, position, slope):
             ends = add(scale(h[0] * position, a.position), scale(h[2] * position, b.position))

@@ -12,9 +12,11 @@ from flexband.basics.warning import warn
 
 def plausible_material(density: np.ndarray, youngs_modulus: np.ndarray) -> None:
     """Warn if no solid has this density [kg/m³] and this modulus [Pa]."""
-    modulus, rho = float(np.median(youngs_modulus)), float(np.median(density))
+    modulus = float(np.median(youngs_modulus))
+    rho = float(np.median(density))
     speed = np.sqrt(modulus / rho)  # of sound: lower in the softest rubbers, higher in diamond
-    softest, stiffest = 10.0, 5e4
+    softest = 10.0
+    stiffest = 5e4
     if not softest < speed < stiffest:
         warn(
             f"a beam with a Young's modulus of about {modulus:.1g} Pa and a density of about "
@@ -32,7 +34,8 @@ def plausible_thickness(what: str, size: np.ndarray, limit: float = 2.0) -> None
 
 def plausible_length(what: str, length: np.ndarray, thickness: np.ndarray) -> None:
     """Warn if a bar is so long [m] and slender that its length may be in millimetres."""
-    longest, thin = float(np.median(length)), float(np.median(thickness))
+    longest = float(np.median(length))
+    thin = float(np.median(thickness))
     if longest > max(50.0, 2000.0 * thin):
         warn(
             f"{what} is about {longest:.3g} m long, {longest / thin:.2g} times its thickness of "

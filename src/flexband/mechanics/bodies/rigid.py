@@ -170,7 +170,8 @@ class RigidBody(Body):
         thickness, rho = _sizes("polygon", density, width=width)
         check_same_samples("polygon", thickness, rho, *chain(*corners))
         x, y = (np.stack(np.broadcast_arrays(*axis)) for axis in zip(*corners, strict=True))
-        x2, y2 = np.roll(x, -1, axis=0), np.roll(y, -1, axis=0)
+        x2 = np.roll(x, -1, axis=0)
+        y2 = np.roll(y, -1, axis=0)
         doubled = x * y2 - x2 * y
         area = doubled.sum(axis=0) / 2
         turn = np.sign(area)
@@ -219,11 +220,13 @@ class RigidBody(Body):
             If a size is not positive, or the density is negative.
         """
         half = check_positive("bar length [m]", length) / 2
-        turn, spin = check_finite("bar angle [rad]", angle), check_finite("bar rate [rad/s]", rate)
+        turn = check_finite("bar angle [rad]", angle)
+        spin = check_finite("bar rate [rad/s]", rate)
         x, y = point("bar start", start)
         vx, vy = point("bar velocity", velocity)
         check_same_samples("bar", half, turn, spin, x, y, vx, vy)
-        across, along = half * np.sin(turn), half * np.cos(turn)
+        across = half * np.sin(turn)
+        along = half * np.cos(turn)
         return RigidBody.block(
             length=length,
             height=height,
@@ -238,7 +241,8 @@ class RigidBody(Body):
 
     def coordinates(self) -> list[np.ndarray]:  # r and r_x
         angle = np.asarray(self.angle, dtype=float)
-        c, s = np.cos(angle), np.sin(angle)
+        c = np.cos(angle)
+        s = np.sin(angle)
         x, y, cx, cy = (np.asarray(p, dtype=float) for p in (*self.position, *self.center))
         return [x + cx * c - cy * s, y + cx * s + cy * c, c, s]
 
@@ -247,7 +251,8 @@ class RigidBody(Body):
 
     def velocities(self) -> list[np.ndarray]:
         angle, rate = (np.asarray(v, dtype=float) for v in (self.angle, self.rate))
-        c, s = np.cos(angle), np.sin(angle)
+        c = np.cos(angle)
+        s = np.sin(angle)
         x, y, cx, cy = (np.asarray(p, dtype=float) for p in (*self.velocity, *self.center))
         return [x - rate * (cx * s + cy * c), y + rate * (cx * c - cy * s), -rate * s, rate * c]
 
@@ -287,7 +292,10 @@ def _touching_edges(x: np.ndarray, y: np.ndarray) -> tuple[int, int] | None:
         return k, (k + 1) % count
     for k in range(count - 2):
         others = slice(k + 2, count - (k == 0))
-        p, q, r, s = start[:, k, None], end[:, k, None], start[:, others], end[:, others]
+        p = start[:, k, None]
+        q = end[:, k, None]
+        r = start[:, others]
+        s = end[:, others]
         apart = np.maximum(p, q) < np.minimum(r, s)
         apart |= np.maximum(r, s) < np.minimum(p, q)
         near = ~apart.any(axis=0)
@@ -305,7 +313,8 @@ def _orientation(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     (ax, ay), (bx, by), (cx, cy) = a, b, c
     rounding = 4 * np.finfo(float).eps  # more than that of the difference of both products
     with np.errstate(all="ignore"):
-        first_product, second_product = (bx - ax) * (cy - ay), (by - ay) * (cx - ax)
+        first_product = (bx - ax) * (cy - ay)
+        second_product = (by - ay) * (cx - ax)
         sign = np.sign(first_product - second_product)
         unsure = ~(
             np.abs(first_product - second_product)

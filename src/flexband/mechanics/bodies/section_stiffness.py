@@ -77,7 +77,8 @@ class FullIntegration:
 
     def stiffness(self, material: Elasticity, moments: Sequence[np.ndarray]) -> SectionStiffness:
         (E, nu, _), (m0, m2, m4) = material, moments
-        D, G = E / (1 - nu**2), E / (2 * (1 + nu))
+        D = E / (1 - nu**2)
+        G = E / (2 * (1 + nu))
         return SectionStiffness(
             c00=D * m0,
             c02=D * m2,
@@ -92,7 +93,8 @@ class FullIntegration:
 
     def stress(self, material: Elasticity, strain: Strains, y: np.ndarray) -> Sequence[np.ndarray]:
         (E, nu, _), (a0, a1, a2, b, g0, g1) = material, strain
-        xx, D = a0 + y * a1 + y**2 * a2, E / (1 - nu**2)
+        xx = a0 + y * a1 + y**2 * a2
+        D = E / (1 - nu**2)
         return D * (xx + nu * b), D * (b + nu * xx), E / (2 * (1 + nu)) * (g0 + y * g1)
 
 
@@ -127,7 +129,8 @@ class SelectiveIntegration:
 
     def stress(self, material: Elasticity, strain: Strains, y: np.ndarray) -> Sequence[np.ndarray]:
         (E, nu, _), (a0, a1, a2, b, g0, g1) = material, strain
-        coupled, kG = nu * E / (1 - nu**2), self._factor(material) * E / (2 * (1 + nu))
+        coupled = nu * E / (1 - nu**2)
+        kG = self._factor(material) * E / (2 * (1 + nu))
         xx = E * (a0 + y * a1 + y**2 * a2) + coupled * (nu * a0 + b)
         return xx, E * b + coupled * (nu * b + a0), kG * (g0 + y * g1)
 

@@ -67,7 +67,8 @@ class Rectangle(_Given):
     width: Property
 
     def moments(self, along: Along) -> list[np.ndarray]:
-        h, w = self.across(along), along("width [m]", self.width, check_positive)
+        h = self.across(along)
+        w = along("width [m]", self.width, check_positive)
         return [w * h, w * h**3 / 12, w * h**5 / 80]
 
     def across(self, along: Along) -> np.ndarray:
@@ -171,7 +172,8 @@ def curved_second_moment(section: Section, curvature: np.ndarray, along: Along) 
         series = 3 * sum(x ** (2 * k) / (2 * k + 3) for k in range(8))
         large = np.where(small, 0.5, x)
         return np.where(small, series, 3 * (np.arctanh(large) - large) / large**3)
-    full, hole = section.across(along) ** 4, section._hole(along) ** 4
+    full = section.across(along) ** 4
+    hole = section._hole(along) ** 4
     inside = curvature * section._hole(along) / 2
     full_part, hole_part = (4 / (1 + np.sqrt(1 - part**2)) ** 2 for part in (x, inside))
     return (full * full_part - hole * hole_part) / (full - hole)

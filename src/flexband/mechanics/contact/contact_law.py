@@ -84,8 +84,11 @@ def damping_coefficient(depth, elastic, mode, mass, p):
 
     `mode` is minus δ̇₀. `mass` is the effective one, negative where the impact is over.
     """
-    none, n, speed = filled(0.0), p[1], maximum(-mode, p[3])
-    settled, mass = less(mass, none), magnitude(mass)
+    none = filled(0.0)
+    n = p[1]
+    speed = maximum(-mode, p[3])
+    settled = less(mass, none)
+    mass = magnitude(mass)
     of_impact = p[2] * elastic / speed
     tangent = n * elastic / maximum(depth, filled(1e-300))
     of_vibration = 2.0 * p[4] * sqrt(tangent * mass)
@@ -102,7 +105,9 @@ def normal_force(depth, rate, mode, mass, p):
 
     `mode` is negative where the contact is closed, of the size of δ̇₀.
     """
-    d, none, open_ = maximum(depth, filled(0.0)), filled(0.0), less(filled(0.0), mode)
+    d = maximum(depth, filled(0.0))
+    none = filled(0.0)
+    open_ = less(filled(0.0), mode)
     elastic = elastic_force(d, p)
     force = elastic + damping_coefficient(d, elastic, mode, mass, p) * rate
     force = maximum(force, none)
@@ -115,19 +120,26 @@ def normal_force(depth, rate, mode, mass, p):
 def _law_of(kernel: Callable[..., tuple], count: int) -> Callable[[int], None]:
     """Return the law of the kernel of a geometry, with so many parameters of both."""
     x, v, force, mode = accumulate((1 + count, 2 * AXES, 2 * AXES, 2 * AXES))
-    second_x, second_v = x + AXES, v + AXES
+    second_x = x + AXES
+    second_v = v + AXES
 
     def law(memory):
         p = load_rows(memory, 1, count)
-        x1, x2 = load_rows(memory, x, AXES), load_rows(memory, second_x, AXES)
-        v1, v2 = load_rows(memory, v, AXES), load_rows(memory, second_v, AXES)
+        x1 = load_rows(memory, x, AXES)
+        x2 = load_rows(memory, second_x, AXES)
+        v1 = load_rows(memory, v, AXES)
+        v2 = load_rows(memory, second_v, AXES)
         gap, nx, ny, ax, ay, bx, by = kernel((x1, x2), p[LAW_PARAMETERS:])
-        ax, ay, bx, by = ax - x1[0], ay - x1[1], bx - x2[0], by - x2[1]
+        ax = ax - x1[0]
+        ay = ay - x1[1]
+        bx = bx - x2[0]
+        by = by - x2[1]
         vx = v1[0] - v1[2] * ay - v2[0] + v2[2] * by
         vy = v1[1] + v1[2] * ax - v2[1] - v2[2] * bx
         rate = nx * vx + ny * vy
         F, loss = normal_force(-gap, -rate, load(memory, mode), load(memory, mode + 5), p)
-        first, second = F * (ax * ny - ay * nx), F * (by * nx - bx * ny)
+        first = F * (ax * ny - ay * nx)
+        second = F * (by * nx - bx * ny)
         store_rows(memory, force, (F * nx, F * ny, first, -F * nx, -F * ny, second))
         store_rows(memory, mode + 1, (gap, F, rate, loss))
 
@@ -136,9 +148,14 @@ def _law_of(kernel: Callable[..., tuple], count: int) -> Callable[[int], None]:
 
 def angular_law(memory):
     """Fill in the moments of an angular stop; its parameters end with a sign and the limit."""
-    p, none = load_rows(memory, 1, 7), filled(0.0)
-    sign, limit = p[5], p[6]
-    x, v, force, mode = 8, 14, 20, 26  # rows after the time and seven parameters
+    p = load_rows(memory, 1, 7)
+    none = filled(0.0)
+    sign = p[5]
+    limit = p[6]
+    x = 8
+    v = 14
+    force = 20
+    mode = 26  # rows after the time and seven parameters
     gap = limit - sign * (load(memory, x + 2) - load(memory, x + 5))
     rate = sign * (load(memory, v + 5) - load(memory, v + 2))
     M, loss = normal_force(-gap, -rate, load(memory, mode), load(memory, mode + 5), p)

@@ -130,13 +130,15 @@ class FrictionEntry(NamedTuple):
     @property
     def whole_travel(self) -> Form:
         """The travel, with the orbit for a distance of 1."""
-        travel, orbit = self.sliding.travel, self.sliding.orbit
+        travel = self.sliding.travel
+        orbit = self.sliding.orbit
         return travel + orbit if orbit else travel
 
     @property
     def numbers(self) -> tuple[ArrayLike, ...]:
         """µs, µk, µs − µk while it slides, c and 1/v² for s."""
-        law, lever = as_coulomb("friction", self.law), np.asarray(self.lever, dtype=float)
+        law = as_coulomb("friction", self.law)
+        lever = np.asarray(self.lever, dtype=float)
         kinetic, static = (
             lever * self.factor(np.asarray(law.kinetic if mu is None else mu, dtype=float))
             for mu in (law.kinetic, law.static)

@@ -38,12 +38,14 @@ from flexband.errors import InputError
 def kept_restitution(damping: ArrayLike) -> np.ndarray:
     """Return e′ of a law with these numbers a ≥ 0, by bisection; from a series where a is small."""
     a = np.asarray(damping, dtype=float)
-    low, high = np.zeros_like(a), np.minimum(1.0, 1.0 / np.maximum(a, 1e-300))
+    low = np.zeros_like(a)
+    high = np.minimum(1.0, 1.0 / np.maximum(a, 1e-300))
     for _ in range(60):
         e = (low + high) / 2
         with np.errstate(divide="ignore"):
             over = a * (1 + e) < np.log1p(a) - np.log1p(-np.minimum(a * e, 1.0))
-        low, high = np.where(over, low, e), np.where(over, e, high)
+        low = np.where(over, low, e)
+        high = np.where(over, e, high)
     return np.where(a < 1e-4, 1.0 - 2.0 * a / 3.0 + 4.0 * a**2 / 9.0, (low + high) / 2)
 
 
@@ -125,11 +127,13 @@ class KeepsRestitution(NormalLaw):
     least_restitution = 0.01
 
     def damping(self, restitution: np.ndarray) -> np.ndarray:
-        low, high = np.zeros_like(restitution), 1.0 / restitution
+        low = np.zeros_like(restitution)
+        high = 1.0 / restitution
         for _ in range(60):
             a = (low + high) / 2
             soft = kept_restitution(a) > restitution
-            low, high = np.where(soft, a, low), np.where(soft, high, a)
+            low = np.where(soft, a, low)
+            high = np.where(soft, high, a)
         return np.where(restitution == 1.0, 0.0, (low + high) / 2)
 
 
@@ -188,7 +192,8 @@ def hertz_stiffness(
     >>> f"{float(K):.3g}"
     '6.61e+10'
     """
-    compliance, curvature = np.zeros(()), np.zeros(())
+    compliance = np.zeros(())
+    curvature = np.zeros(())
     for E, nu, R in zip(
         check_pair("youngs_moduli [Pa]", youngs_moduli),
         check_pair("poissons_ratios", poissons_ratios),

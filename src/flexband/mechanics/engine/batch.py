@@ -246,7 +246,8 @@ def begin(
     work, failure = start(guess, pivots)
     failed = failure[0] > 0
     if held is None and failed.any():
-        before, guess = failure, np.where(failed, close_loops(system, values)[0], guess)
+        before = failure
+        guess = np.where(failed, close_loops(system, values)[0], guess)
         work, failure = start(guess, pivots)
         failure[:] = np.where(failed & (failure[0] > 0), before, failure)
     if failure[3].any() or massless.any():
@@ -265,7 +266,8 @@ def end_of(
     system: System, values: Values, at_end: Values, work: WorkSpace, first_q: np.ndarray
 ) -> np.ndarray:
     """Return the end of a run, see `Batch.ends`; the last functions of `at_end` belong to it."""
-    state, count = system.structure.state, system.structure.functions
+    state = system.structure.state
+    count = system.structure.functions
     at_end = at_end._replace(
         springs=values.springs,
         functions=at_end.functions[-count:],
@@ -293,7 +295,8 @@ def _start_block(
     The work space is new: NaN of an attempt that failed would spread. Where they are in the state,
     it is the guess.
     """
-    work, failure = WorkSpace.from_structure(system.structure), np.zeros((4, WIDTH))
+    work = WorkSpace.from_structure(system.structure)
+    failure = np.zeros((4, WIDTH))
     work.smallest[:] = smallest_pivots
     work.z[: len(guess)] = guess
     run(HOLD if going_on else START, system, values, work, failure=failure)
@@ -311,10 +314,12 @@ def hold(
     Velocities are the nearest to those in z, or, as at every start, those with the least rate of
     deformation. Springs keep their elongations at rest, and angles the turns on which they began.
     """
-    state, failure = system.structure.state, np.zeros((4, WIDTH))
+    state = system.structure.state
+    failure = np.zeros((4, WIDTH))
     work.z[1 : state.multiplier] = z[1 : state.multiplier]
     work.z[state.gap : state.extreme] = 0.0
-    given, laws = _lanes(values.law_states), int(system.structure.laws.state_start[-1])
+    given = _lanes(values.law_states)
+    laws = int(system.structure.laws.state_start[-1])
     given[:laws] = z[state.law_state : state.law_state + laws]
     values = values._replace(law_states=given)
     if velocities:

@@ -49,8 +49,10 @@ def corrections(
     Members with a free strain or curvature have another shape than the given one, so their turns
     and moves count as 0.
     """
-    z, velocity = z[:, : len(samples)], system.structure.state.velocity
-    q, v = z[:velocity], z[velocity:]
+    z = z[:, : len(samples)]
+    velocity = system.structure.state.velocity
+    q = z[:velocity]
+    v = z[velocity:]
     given = of_samples(system.given, samples)
     given_v = of_samples(system.values.velocity, samples)
     model = system.model
@@ -58,14 +60,16 @@ def corrections(
     turns, moves, rates, speeds = (np.zeros(shape) for _ in range(4))
     free = {entry.member for entries in model.entries.values() for entry in entries.strains}
     for b, (name, vectors) in enumerate(model.node_vectors.items()):
-        places, axes = vectors[:, 0], model.axes[name]
+        places = vectors[:, 0]
+        axes = model.axes[name]
         moves[b] = _length(q[places] - given[places]).max(axis=0)
         first = places[0]
         change = _length((v[first] - given_v[first])[None])[0]
         speeds[b] = _relative(change, _length(given_v[first][None])[0])
         if axes.size:
             turns[b] = np.max([turn_between(given[node], q[node]) for node in axes], axis=0)
-            rate, now = spin(given[axes[0]], given_v[axes[0]]), spin(q[axes[0]], v[axes[0]])
+            rate = spin(given[axes[0]], given_v[axes[0]])
+            now = spin(q[axes[0]], v[axes[0]])
             rates[b] = _relative(np.linalg.norm(now - rate, axis=0), np.linalg.norm(rate, axis=0))
         if name in free:
             turns[b] = moves[b] = 0.0
@@ -82,7 +86,9 @@ def report(
     system: System, changes: Corrections, limits: ReportedChanges = ReportedChanges()
 ) -> dict[str, str | float]:
     """Return attributes that state the largest changes; warn of large ones."""
-    names, sentences, attributes = list(system.model.bodies), [], {}
+    names = list(system.model.bodies)
+    sentences = []
+    attributes = {}
     size = float(np.min(1 / system.values.inverse_scale[1]))
 
     def largest(change: np.ndarray) -> tuple[float, str, str]:

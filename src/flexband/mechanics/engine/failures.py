@@ -59,7 +59,8 @@ def raise_failures(
     failed = np.flatnonzero(code)
     if not len(failed):
         return
-    terms, causes = system.structure.terms, {}
+    terms = system.structure.terms
+    causes = {}
     driven = terms.k[terms.f > 0] - system.structure.state.multiplier
     step = float(times[1] - times[0]) if len(times) > 1 else 0.0
     tried = f"steps of {step:g} s" + (f" and of {step / 2:g} s" if halved else "")
@@ -148,7 +149,8 @@ def _reason(system: System, code: float, row: int, part: float, tried: str, driv
 
 
 def _massless(system: System) -> str:
-    mass, first = system.structure.mass, system.model.first_coordinates
+    mass = system.structure.mass
+    first = system.model.first_coordinates
     rows = mass.i[mass.massless]
     bodies = system.model.bodies.items()
     names = [
@@ -198,7 +200,8 @@ def _causes(found: dict[int, tuple[float, str]]) -> list[str]:
 
 def _advice(system: System, sample: int) -> str:
     """Return which joints of a sample stay open, by how much, and what to change."""
-    open_by, joints = gaps(system, sample), system.model.joints
+    open_by = gaps(system, sample)
+    joints = system.model.joints
     if not open_by:
         return f"`fb.draw(mechanism, sample={sample})` shows the guess"
     worst = max(open_by, key=lambda name: open_by[name])
@@ -259,7 +262,8 @@ def blame_overlaps(
     rows = rows_of_gaps.py_func(state)
     gaps, modes = (z[first:][: rows.number] for first in (rows.value, rows.mode))
     contact = np.isin(kinds, (GAP.length, GAP.angle))
-    depths, modes = -gaps[contact], modes[contact]
+    depths = -gaps[contact]
+    modes = modes[contact]
     sizes = np.array([1.0 if law.is_angular else 0.0 for law in laws])[:, None]
     sizes = np.where(sizes > 0, sizes, 1.0 / values.inverse_scale[1])
     refused = ~np.array([law.closed_at_start for law in laws])[:, None]

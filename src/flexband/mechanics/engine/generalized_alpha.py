@@ -173,7 +173,8 @@ class GeneralizedAlpha:
     def coefficients(self, step: float) -> Coefficients:
         """Return the coefficients of the method for a step [s] (Chung and Hulbert 1993)."""
         rho = float(self.spectral_radius)
-        alpha_m, alpha_f = (2 * rho - 1) / (rho + 1), rho / (rho + 1)
+        alpha_m = (2 * rho - 1) / (rho + 1)
+        alpha_f = rho / (rho + 1)
         gamma = 0.5 + alpha_f - alpha_m
         beta = 0.25 * (gamma + 0.5) ** 2
         dq_da = step**2 * beta * (1 - alpha_f) / (1 - alpha_m)
@@ -223,11 +224,14 @@ def predict(structure, method, values, z, a):
     """
     h, alpha_m, alpha_f, beta, gamma, _, _, _, _ = method
     state = structure.state
-    velocity, acceleration = state.velocity, state.acceleration
+    velocity = state.velocity
+    acceleration = state.acceleration
     for i in range(1, state.coordinates + 1):
-        old, kept = load(a, i), load(z, acceleration + i)
+        old = load(a, i)
+        kept = load(z, acceleration + i)
         new = (kept - alpha_m * old) / (1.0 - alpha_m)
-        v, fall = load(z, velocity + i), h * h * ((0.5 - beta) * old + beta * new)
+        v = load(z, velocity + i)
+        fall = h * h * ((0.5 - beta) * old + beta * new)
         small = less(magnitude(fall) * load(values.inverse_scale, i), filled(NEWTON.max_fall))
         new = where(small, new, (1.0 - 0.5 / beta) * old)
         changed = ((1.0 - alpha_m) * new + alpha_m * old - alpha_f * kept) / (1.0 - alpha_f)
@@ -241,7 +245,8 @@ def predict(structure, method, values, z, a):
 def correct(structure, method, values, z, a, x, active):
     """Apply Newton's correction where `active` is true; return the largest scaled change of q."""
     state = structure.state
-    velocity, acceleration = state.velocity, state.acceleration
+    velocity = state.velocity
+    acceleration = state.acceleration
     da_da = (1.0 - method.alpha_f) / (1.0 - method.alpha_m)
     largest = filled(0.0)
     for i in range(1, state.coordinates + 1):
@@ -271,7 +276,8 @@ def shorten_corrections(structure, method, values, x):
 @compiled
 def turn_of_jacobian(structure, method, values, x):
     """Return the largest scaled change of the coordinates that Φ_q depends on."""
-    curved, largest = structure.terms.curved, filled(0.0)
+    curved = structure.terms.curved
+    largest = filled(0.0)
     for n in range(len(curved)):
         i = curved[n]
         largest = maximum(largest, magnitude(load(x, i)) * load(values.inverse_scale, i))
@@ -345,7 +351,8 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
 @compiled
 def add_turns(structure, method, values, work, stepping):
     """Add a step to `work.turned`, in which φ is the angle that a body or a rod turns."""
-    vectors, turned = structure.vectors, work.turned
+    vectors = structure.vectors
+    turned = work.turned
     for k in range(len(vectors.turning) - 1):
         rate = turning_rate(structure, values, work.z, k)
         turn = where(stepping, method.step * rate, filled(0.0))
@@ -405,10 +412,14 @@ def stand_still(structure, method, work, failed):
     A prediction from velocities may be far off where a fine mesh vibrates faster than the step.
     """
     h, alpha_m, alpha_f, beta, gamma, _, _, _, _ = method
-    state, z, a, before = structure.state, work.z, work.a, work.before
+    state = structure.state
+    z = work.z
+    a = work.a
+    before = work.before
     go_back(structure, work, failed)
     for i in range(1, state.coordinates + 1):
-        old, v = load(before, state.rows + i), load(before, state.velocity + i)
+        old = load(before, state.rows + i)
+        v = load(before, state.velocity + i)
         new = (0.5 - beta) * old + v / h
         new = -new / beta
         rate = v + h * ((1.0 - gamma) * old + gamma * new)
@@ -435,7 +446,8 @@ def examine(structure, values, now, work, known, left_out):
         structure, values, now, work.z, work.r, NEWTON.redundant_tolerance
     )
     violated = where(left_out, violated, none)
-    code, more = where(violated, filled(FAILURE.contradicted), none), less(known, left_out)
+    code = where(violated, filled(FAILURE.contradicted), none)
+    more = less(known, left_out)
     if any_true(more):
         more = where(more, light(structure, values, now, work, left_out), none)
         store(work.smallest, 0, where(more, filled(PROJECTION.zero_pivot), load(work.smallest, 0)))
@@ -461,7 +473,8 @@ def begin_steps(structure, work):
 @compiled
 def sense_start(structure, values, work, outputs):
     """Begin the extremes, and set the first of the sensors' rows."""
-    now, moment = np.int64(0), load(values.moments, 0)
+    now = np.int64(0)
+    moment = load(values.moments, 0)
     begin_extremes(structure.extremes, structure.state, work.z)
     watch(structure, values, now, work, moment, moment, filled(1.0))
     sense(structure, values, now, work.z, outputs[0], work.blocks)
@@ -490,7 +503,8 @@ def break_off(structure, method, values, now, work, part, alive):
     With friction, impulses are those of `free_steps.impacts`, which come before.
     """
     none = filled(0.0)
-    struck, restarted = is_impulse(part, alive), where(less(part, filled(-0.5)), alive, none)
+    struck = is_impulse(part, alive)
+    restarted = where(less(part, filled(-0.5)), alive, none)
     hold_states(structure.state, work.z, maximum(struck, restarted))
     if any_true(struck) and structure.state.angle == structure.state.friction:
         strike(structure, method, values, now, work, struck)
@@ -510,7 +524,9 @@ def attempt(structure, method, tolerance, values, now, work, known, stepping, fa
     multipliers left out.
     """
     none = filled(0.0)
-    failed, worst, redundant = stepping, none, none
+    failed = stepping
+    worst = none
+    redundant = none
     for number in range(method.attempts):
         if number > 0:
             stand_still(structure, method, work, failed)
@@ -523,7 +539,8 @@ def attempt(structure, method, tolerance, values, now, work, known, stepping, fa
         redundant = where(failed, left_out, redundant)
         if any_true(left_out):
             contradicted, violated = examine(structure, values, now, work, known, left_out)
-            code, worst = code + contradicted, where(worst, worst, violated)
+            code = code + contradicted
+            worst = where(worst, worst, violated)
         first = code if number == 0 else failed
         failed = where(code, first, none)
         if not any_true(failed):
@@ -543,7 +560,8 @@ def share_forces(structure, values, now, work, stepping, redundant, known, numbe
     """
     none = filled(0.0)
     shared = where(stepping, where(redundant, redundant, known), none)
-    unresolved, more = none, where(stepping, less(known, redundant), none)
+    unresolved = none
+    more = where(stepping, less(known, redundant), none)
     if any_true(shared):
         unresolved = share(structure, values, now, work, shared)
     more = where(

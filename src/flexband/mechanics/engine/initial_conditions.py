@@ -66,7 +66,9 @@ ASSEMBLY = AssemblyOptions()
 @compiled
 def elastic_matrix(structure, values, mass, s, work, smallest):
     """Factor [M + s K, Φ_qᵀ; Φ_q, 0], M with entries `mass`; return the multipliers left out."""
-    z, matrix, blocks = work.z, work.matrix, work.blocks
+    z = work.z
+    matrix = work.matrix
+    blocks = work.blocks
     clear_matrix(structure.pattern, matrix)
     add_mass(structure.mass, mass, matrix)
     add_elastic_tangent(structure, values, z, s, filled(0.0), matrix, blocks)
@@ -83,8 +85,11 @@ def assemble(structure, values, s, work, held):
     Returns the multiplier of the constraint that is violated most, or 0 if all are met, and how
     many multipliers had to be left out at the guess.
     """
-    state, z, r = structure.state, work.z, work.r
-    moving, redundant = filled(1.0), filled(0.0)
+    state = structure.state
+    z = work.z
+    r = work.r
+    moving = filled(1.0)
+    redundant = filled(0.0)
     for iteration in range(ASSEMBLY.iterations):
         update_angles(structure, values, z)
         left_out = elastic_matrix(
@@ -119,16 +124,21 @@ def assemble(structure, values, s, work, held):
 @compiled
 def project_velocities(structure, values, s, work):
     """Set v with Φ_q v + Φ_t = 0 and the least rate of deformation, nearest to the guess."""
-    state, z, r = structure.state, work.z, work.r
+    state = structure.state
+    z = work.z
+    r = work.r
     elastic_matrix(structure, values, values.regular_mass, s, work, filled(ASSEMBLY.min_pivot))
-    velocity, terms = state.velocity, structure.terms
+    velocity = state.velocity
+    terms = structure.terms
     for i in range(1, state.coordinates + 1):
         store(z, velocity + i, load(values.velocity, i))
     for _ in range(ASSEMBLY.velocity_sweeps):
         clear(r, state.velocity)
         add_mass_product(structure.mass, values.mass, z, velocity, r)
         for t in range(len(terms.k)):
-            k, i, j = terms.k[t], terms.i[t], terms.j[t]
+            k = terms.k[t]
+            i = terms.i[t]
+            j = terms.j[t]
             rate = load(values.rates, terms.f[t])
             drift = load(values.terms, t) * rate * load(z, i) * load(z, j)
             store(r, k, load(r, k) - drift)
@@ -146,7 +156,8 @@ def start(structure, values, work, failure, held, number):
     deformations are `held`, so are springs' elongations at rest that are known, and `number` is the
     weight of rates of deformation in the projection of the velocities.
     """
-    state, z = structure.state, work.z
+    state = structure.state
+    z = work.z
     for i in range(state.multiplier, state.rows):
         if (i < state.angle or i >= state.velocity) and not state.gap <= i < state.extreme:
             store(z, i, filled(0.0))

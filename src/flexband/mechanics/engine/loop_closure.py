@@ -49,9 +49,11 @@ def close_loops(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return z as near to Φ = 0 as rigid motions get, and Φ over the size, (multipliers, lanes)."""
     c = values.terms * values.functions[system.structure.terms.f]
-    z, inverse = guess_state(system, values), values.inverse_scale[1]
+    z = guess_state(system, values)
+    inverse = values.inverse_scale[1]
     misfit = inverse * constraint_errors(system, values, z)
-    damping, turns = np.full(z.shape[1], options.min_damping), _are_turns(system)
+    damping = np.full(z.shape[1], options.min_damping)
+    turns = _are_turns(system)
     for _ in range(ASSEMBLY.iterations):
         apart = np.abs(misfit).max(axis=0, initial=0.0) > options.tolerance
         if not apart.any():
@@ -71,7 +73,8 @@ def close_loops(
         _move(system, moved, step[:, :, 0].T, 1 / inverse)
         next_misfit = inverse * constraint_errors(system, values, moved)
         nearer = apart & ((next_misfit**2).sum(axis=0) < (misfit**2).sum(axis=0))
-        z, misfit = np.where(nearer, moved, z), np.where(nearer, next_misfit, misfit)
+        z = np.where(nearer, moved, z)
+        misfit = np.where(nearer, next_misfit, misfit)
         damping = np.where(
             nearer,
             np.maximum(damping / options.damping_factor, options.min_damping),
@@ -103,9 +106,11 @@ def gaps(system: System, sample: int) -> dict[str, float]:
 def rigid_motions(system: System, z: np.ndarray, size: np.ndarray) -> np.ndarray:
     """Return dq of each body's moves by `size` [m] and turns by 1 rad, shape (q, motions, …)."""
     count = len(_are_turns(system))
-    motions, m = np.zeros((system.structure.state.coordinates, count, z.shape[1])), 0
+    motions = np.zeros((system.structure.state.coordinates, count, z.shape[1]))
+    m = 0
     for vectors in system.model.node_vectors.values():
-        rows, levers = vectors - 1, z[vectors]
+        rows = vectors - 1
+        levers = z[vectors]
         levers[:, 0] -= levers[0, 0].copy()
         for axis in range(rows.shape[2]):
             motions[rows[:, 0, axis], m] = size
@@ -142,7 +147,8 @@ def _move(system: System, z: np.ndarray, step: np.ndarray, size: np.ndarray) -> 
 def constraint_errors(system: System, values: Values, z: np.ndarray) -> np.ndarray:
     """Return Φ, shape (multipliers, lanes), after the angles in z have been updated."""
     _update_angles(system, values, z)
-    terms, state = system.structure.terms, system.structure.state
+    terms = system.structure.terms
+    state = system.structure.state
     c = values.terms * values.functions[terms.f]
     Phi = np.zeros((state.friction - state.multiplier, z.shape[1]))
     np.add.at(Phi, terms.k - state.multiplier, c * z[terms.i] * z[terms.j])
@@ -151,7 +157,8 @@ def constraint_errors(system: System, values: Values, z: np.ndarray) -> np.ndarr
 
 def _update_angles(system: System, values: Values, z: np.ndarray) -> None:
     """Set the angles and lengths in z as the kernel of this name does."""
-    vectors, state = system.structure.vectors, system.structure.state
+    vectors = system.structure.vectors
+    state = system.structure.state
     for a, row in enumerate(range(state.angle, state.sensor_angle)):
         (x, y), _ = vector_and_gradient(system, values.vectors, a, z)
         if vectors.length[a]:

@@ -129,8 +129,10 @@ def refine(structure, values, work, x):
 @compiled
 def refine_massless(mass, pattern, state, entries, regular, inverse_scale, matrix, t, x):
     """Perform `refine`, with `t` as work space."""
-    none, pending = filled(0.0), filled(1.0)
-    largest, last = none, none
+    none = filled(0.0)
+    pending = filled(1.0)
+    largest = none
+    last = none
     for i in range(state.angle):
         store(t, i, load(x, i))
     for count in range(PROJECTION.max_refinements):
@@ -160,9 +162,16 @@ def project(structure, method, values, now, work, solved, moved):
     the Jacobian depends on. Lanes whose Jacobian is not accurate enough stay as they are. Returns
     the mask of those that were projected.
     """
-    state, z, a, r, s = structure.state, work.z, work.a, work.r, work.s
-    pattern, matrix = structure.pattern, work.matrix
-    velocity, end, none = state.velocity, state.multiplier, filled(0.0)
+    state = structure.state
+    z = work.z
+    a = work.a
+    r = work.r
+    s = work.s
+    pattern = structure.pattern
+    matrix = work.matrix
+    velocity = state.velocity
+    end = state.multiplier
+    none = filled(0.0)
     clear(r, velocity)
     subtract_speed_errors(structure, values, now, z, r)
     solve(pattern, pattern.reached, matrix, (r,))
@@ -196,7 +205,9 @@ def mass_matrix(structure, values, mass, now, z, matrix):
 @compiled
 def solve_accelerations(structure, values, now, work):
     """Set `work.r` to what q̈ and λ miss, with the factors of `mass_matrix` in `work.matrix`."""
-    state, z, r = structure.state, work.z, work.r
+    state = structure.state
+    z = work.z
+    r = work.r
     residual(structure, values, now, z, r, work.blocks)
     for i in range(1, state.angle):
         store(r, i, -load(r, i) if i <= state.coordinates else filled(0.0))
@@ -211,14 +222,20 @@ def accelerate(structure, values, now, work, chosen):
     Returns how many multipliers were left out. The forces of friction depend on λ, which takes more
     solutions. Where they do not settle, q̈ and λ are not finite: friction jams.
     """
-    state, z, r, none = structure.state, work.z, work.r, filled(0.0)
+    state = structure.state
+    z = work.z
+    r = work.r
+    none = filled(0.0)
     mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
     left_out = factorize(structure.pattern, work.matrix, load(work.smallest, 0), r)
-    pending, followed, rough = chosen, none, state.angle > state.friction
+    pending = chosen
+    followed = none
+    rough = state.angle > state.friction
     for count in range(PROJECTION.rough_solutions if rough else PROJECTION.solutions):
         solve_accelerations(structure, values, now, work)
         refine(structure, values, work, r)
-        change, largest = none, none
+        change = none
+        largest = none
         for k in range(state.multiplier, state.angle):
             change = maximum(change, magnitude(load(r, k)))
             largest = maximum(largest, magnitude(load(z, k)))
@@ -248,7 +265,10 @@ def strike(structure, method, values, now, work, struck):
     They are those of the metric of the integrator's matrix, where `struck` is true. The velocities
     move halfway, to the mean of those before and after, with which the impulses do their work.
     """
-    state, z, r, none = structure.state, work.z, work.r, filled(0.0)
+    state = structure.state
+    z = work.z
+    r = work.r
+    none = filled(0.0)
     residual(structure, values, now, z, r, work.blocks)
     tangent(
         structure, values, now, z, filled(method.dq_da), filled(method.dv_da / method.dq_da),
@@ -260,7 +280,8 @@ def strike(structure, method, values, now, work, struck):
     solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
     refine(structure, values, work, r)
     for i in range(1, state.coordinates + 1):
-        change, row = where(struck, load(r, i), none), state.acceleration + i
+        change = where(struck, load(r, i), none)
+        row = state.acceleration + i
         store(z, row, where(struck, change, load(z, row)))
         store(z, state.velocity + i, load(z, state.velocity + i) + 0.5 * change)
     for k in range(state.multiplier, state.angle):
@@ -282,7 +303,9 @@ def light(structure, values, now, work, left_out):
 @compiled
 def released(structure, values, now, work, chosen):
     """Return which `chosen` lanes accelerate otherwise if only redundant rows are left out."""
-    state, z, r = structure.state, work.z, work.r
+    state = structure.state
+    z = work.z
+    r = work.r
     mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
     factorize(structure.pattern, work.matrix, filled(PROJECTION.zero_pivot), r)
     solve_accelerations(structure, values, now, work)
@@ -299,9 +322,15 @@ def share(structure, values, now, work, shared):
     the mass that it moves, whatever its unit. Light bodies count with a part of the whole mass.
     Returns the mask of lanes where they do not settle: they may miss a part of the forces.
     """
-    state, z, r, least, matrix = structure.state, work.z, work.r, work.s, work.matrix
-    none, pending = filled(0.0), shared
-    change, largest = none, none
+    state = structure.state
+    z = work.z
+    r = work.r
+    least = work.s
+    matrix = work.matrix
+    none = filled(0.0)
+    pending = shared
+    change = none
+    largest = none
     for k in range(state.multiplier, state.angle):
         store(least, k, none)
     for k in range(state.angle - state.friction):  # what slides is not shared
@@ -321,7 +350,8 @@ def share(structure, values, now, work, shared):
             for k in range(state.multiplier, state.angle):
                 store(r, k, none)
             solve(structure.pattern, structure.pattern.below, matrix, (r,))
-            change, largest = none, none
+            change = none
+            largest = none
             for k in range(state.multiplier, state.angle):
                 passed = where(pending, load(r, k), none)
                 store(least, k, load(least, k) + passed)

@@ -32,7 +32,8 @@ def find_out_of_reach(
         return
     method = integrator.coefficients(times[1] - times[0])._replace(attempts=2)
     for place in np.flatnonzero(failures[:, 0] == FAILURE.diverged)[:MAX_EXAMINED]:
-        number, lane_samples = int(failures[place, 1]), np.full(WIDTH, samples[place])
+        number = int(failures[place, 1])
+        lane_samples = np.full(WIDTH, samples[place])
         packed = pack(system, times, lane_samples)
         values = packed(0)
         work, failure = begin(system, values)

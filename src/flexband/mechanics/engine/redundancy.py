@@ -54,14 +54,16 @@ def require_inertia(system: System, values: Values, z: np.ndarray, samples: np.n
     entries = system.structure.mass.massless
     if not len(entries):
         return
-    lanes, coordinates = slice(z.shape[1]), slice(1, 1 + system.structure.state.coordinates)
+    lanes = slice(z.shape[1])
+    coordinates = slice(1, 1 + system.structure.state.coordinates)
     massless = (values.mass != values.regular_mass)[entries, lanes]
     places = system.structure.mass.i[entries] - 1
     c = (values.terms * values.functions[system.structure.terms.f])[:, lanes]
     vectors = VectorValues(*(parts[:, lanes] for parts in values.vectors))
     Phi = derivatives(system, c, vectors, z) / values.inverse_scale[coordinates, lanes]
     for lane, sample in enumerate(samples):
-        free, motion = places[massless[:, lane]], np.zeros(Phi.shape[1])
+        free = places[massless[:, lane]]
+        motion = np.zeros(Phi.shape[1])
         matrix = _unit_rows(Phi[:, :, lane])[:, free]
         if not len(free) or not np.isfinite(matrix).all():
             continue
@@ -77,9 +79,11 @@ def _without_inertia(system: System, motion: np.ndarray) -> str:
     bodies = {name: motion[rows - 1] for name, rows in system.model.node_vectors.items()}
     name = max(bodies, key=lambda name: np.abs(bodies[name]).max())
     place, *axes = np.concatenate(bodies[name])
-    what, way = "mass", f"move along ({', '.join(f'{x + 0.0:.2g}' for x in place)})"
+    what = "mass"
+    way = f"move along ({', '.join(f'{x + 0.0:.2g}' for x in place)})"
     if np.abs(axes).max(initial=0.0) > DETERMINED:
-        what, way = "inertia" if np.abs(place).max() < DETERMINED else "mass or inertia", "turn"
+        what = "inertia" if np.abs(place).max() < DETERMINED else "mass or inertia"
+        way = "turn"
     return (
         f"body {name!r} has no {what} and can still {way} while all that has mass is at rest; give "
         f"it {what}, or a joint that determines this motion"
@@ -88,11 +92,15 @@ def _without_inertia(system: System, motion: np.ndarray) -> str:
 
 def derivatives(system: System, c: np.ndarray, numbers: VectorValues, z: np.ndarray) -> np.ndarray:
     """Return Φ_q from the coefficients of terms and vectors; all have a last axis of samples."""
-    terms, state, vectors = system.structure.terms, system.structure.state, system.structure.vectors
+    terms = system.structure.terms
+    state = system.structure.state
+    vectors = system.structure.vectors
     count = state.coordinates
     dense = np.zeros((state.friction, 1 + count, z.shape[-1]))
     plain = slice(terms.polynomials)
-    k, i, j = terms.k[plain], terms.i[plain], terms.j[plain]
+    k = terms.k[plain]
+    i = terms.i[plain]
+    j = terms.j[plain]
     np.add.at(dense, (k, i), c[plain] * z[j])
     np.add.at(dense, (k, j), c[plain] * z[i])
     for t in range(terms.polynomials, len(terms.k)):

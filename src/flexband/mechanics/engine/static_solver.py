@@ -55,13 +55,16 @@ def settle(structure, values, work, outputs, failure, stop):
     start and after every iteration that is made, and updates `failure`.
     """
     state = structure.state
-    z, r, matrix = work.z, work.r, work.matrix
+    z = work.z
+    r = work.r
+    matrix = work.matrix
     now = np.int64(0)
     for i in range(1, state.coordinates + 1):
         store(z, state.velocity + i, filled(0.0))
         store(z, state.acceleration + i, filled(0.0))
     moving = where(load(failure, 0), filled(0.0), filled(1.0))
-    least, w = load(values.rigidity, 0), load(values.rigidity, 0)
+    least = load(values.rigidity, 0)
+    w = load(values.rigidity, 0)
     begin_extremes(structure.extremes, state, z)
     every = filled(1.0)
     for n in range(STATIC.iterations + 1):

@@ -85,7 +85,8 @@ def warn_of_large_steps(
     """
     if not turned.size:
         return
-    rho, count = float(integrator.spectral_radius), len(times) - 1
+    rho = float(integrator.spectral_radius)
+    count = len(times) - 1
     _warn_of_swings(turned, system, count, rho, check)
     turned = turned[..., 0]
     loss = -np.expm1(-(((1 - rho) / (1 + rho)) ** 2) * turned / 8)
@@ -135,7 +136,8 @@ def _warn_of_coarse_steps(
     error: np.ndarray, most: float, text: Callable[[int], str], system: System
 ) -> None:
     """Warn of the worst sample; errors are those of parts, (samples, parts), `most` is allowed."""
-    parts, largest = error.argmax(axis=1), error.max(axis=1)
+    parts = error.argmax(axis=1)
+    largest = error.max(axis=1)
     samples = np.flatnonzero(largest > most)
     if not samples.size:
         return
@@ -165,14 +167,17 @@ def remark_on_few_steps(
     A vibration of a frequency that a function of time has, or a multiple of it, counts as forced.
     """
     first = motion.isel(sample=0) if "sample" in motion.dims else motion
-    outputs, times = first.values, first["time"].values
+    outputs = first.values
+    times = first["time"].values
     count = len(times)
     if count < check.min_times or not len(outputs):
         return None
     h = h / 2 if 0 in motion.attrs.get("halved_step", ()) else h
-    rho, dt = float(integrator.spectral_radius), times[1] - times[0]
+    rho = float(integrator.spectral_radius)
+    dt = times[1] - times[0]
     size = np.maximum(np.abs(outputs).max(axis=-1), first["unit"].values == "rad")
-    units, std = Units.along(first, ("output",)), outputs.std(axis=-1)
+    units = Units.along(first, ("output",))
+    std = outputs.std(axis=-1)
     varies = std > units.least_variation(size, check.min_scale)
     scale = np.maximum(std, units.rounding / check.max_error)  # errors are above rounding
     free = np.ones(count // 2 + 1, dtype=bool)
@@ -210,7 +215,8 @@ def worst_vibration(
 
     The outputs are at times dt apart; `free` is whether each frequency may be that of one.
     """
-    count, factor = outputs.shape[-1], (1 + 4.5 * ((1 - rho) / (1 + rho)) ** 2) / 12
+    count = outputs.shape[-1]
+    factor = (1 + 4.5 * ((1 - rho) / (1 + rho)) ** 2) / 12
     tau = np.arange(count) - 0.5 * (count - 1)
     moved = outputs - outputs.mean(axis=-1, keepdims=True)
     moved = moved - (moved @ tau / (tau @ tau))[:, None] * tau
@@ -251,7 +257,8 @@ def bands(energy: np.ndarray, check: StepCheck) -> tuple[np.ndarray, np.ndarray,
     total = np.concatenate([np.zeros_like(energy[..., :1]), energy.cumsum(axis=-1)], axis=-1)
     (low, high), (lower, higher) = (check.edges(k, energy.shape[-1], power) for power in (1, 3))
     band = total[..., high] - total[..., low]
-    below, above = total[..., low] - total[..., lower], total[..., higher] - total[..., high]
+    below = total[..., low] - total[..., lower]
+    above = total[..., higher] - total[..., high]
     return k, band, np.maximum(below, above)
 
 

@@ -74,7 +74,8 @@ class Compliant(ModifiedJoint):
         check_non_negative("Compliant damping [s]", self.damping)
 
     def held(self, frame: Resolve) -> list[Held]:
-        joint, kind = self.joint, with_article(type(self.joint).__name__)
+        joint = self.joint
+        kind = with_article(type(self.joint).__name__)
         if np.any(np.asarray(vars(joint).get("offset", 0.0), dtype=float)):
             raise InputError(f"{kind} with an offset, or with play, cannot be Compliant")
         rows = self.rows_of_joint(frame)
@@ -94,7 +95,8 @@ class Compliant(ModifiedJoint):
 
     def compliances(self, frame: Resolve) -> list[Compliance]:
         """Return a spring along each travel that the joint holds."""
-        rows, kind = self.held(frame), with_article(type(self.joint).__name__)
+        rows = self.held(frame)
+        kind = with_article(type(self.joint).__name__)
         places = sum(not row.angular for row in rows)
         tilts = len(rows) - places
         for name, count, stiffness in (
@@ -122,7 +124,8 @@ class Compliant(ModifiedJoint):
         return [self.stiffness] * directions
 
     def _spring(self, row: Held, stiffness: ArrayLike | None) -> Compliance:
-        k, damping = np.asarray(stiffness, dtype=float), np.asarray(self.damping, dtype=float)
+        k = np.asarray(stiffness, dtype=float)
+        damping = np.asarray(self.damping, dtype=float)
         if any(polar.f is not None or polar.length for polar in row.travel.polar):
             raise InputError("a drive along a flexible member's section cannot be Compliant")
         in_time = [key for key in row.travel.terms if key[2] is not None]

@@ -141,7 +141,8 @@ class PrescribedTravel(PairJoint, HoldingJoint):
 
     def held(self, frame: Resolve) -> list[Held]:
         """Return n · (r_first − r_second) less the travel times |n|, with n along the axis."""
-        second, travel = frame(self.second), Form.function(self.travel)
+        second = frame(self.second)
+        travel = Form.function(self.travel)
         axis = along(second, self.axis)
         size = Form.constant(1.0) if second.rigid else length(axis)
         apart = subtract(frame(self.first).position, second.position)

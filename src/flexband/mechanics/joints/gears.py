@@ -148,7 +148,8 @@ class Rack(PairJoint, HoldingJoint):
 
     def _travels(self, frame: Resolve) -> tuple[Form, Form]:
         """Return x and r θ."""
-        pinion, rack = frame(self.first), straight("Rack", frame(self.second))
+        pinion = frame(self.first)
+        rack = straight("Rack", frame(self.second))
         travel = dot(along(rack, self.axis), subtract(pinion.position, rack.position))
         return travel, turn(pinion, rack) * np.asarray(self.radius, dtype=float)
 

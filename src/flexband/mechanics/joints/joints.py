@@ -150,7 +150,8 @@ class Revolute(PairJoint):
     def contacts(self, frame: Resolve) -> list[PairContact]:
         if self.clearance is None or self.law is None:
             return []
-        points, radius = map(frame, self.points), np.asarray(self.radius, dtype=float)
+        points = map(frame, self.points)
+        radius = np.asarray(self.radius, dtype=float)
         friction = friction_entry(self.friction, partial(travel_on_circle, *points, -radius))
         return [
             pair_contact(gap_in_circle, self.law, self.clearance, self.radius, friction=friction)
@@ -174,7 +175,8 @@ class Revolute(PairJoint):
         """Return r_first − r_second, nothing with clearance."""
         if self.clearance is not None:
             return []
-        first, second = frame(self.first), frame(self.second)
+        first = frame(self.first)
+        second = frame(self.second)
         return meet(self._pin(frame), second) + parallel(first, second)
 
     def _pin(self, frame: Resolve) -> Frame:
@@ -249,13 +251,15 @@ class Weld(AlignedJoint):
 
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return r_first − r_second and the sines of the angles of sections and axes."""
-        first, second = frame(self.first), frame(self.second)
+        first = frame(self.first)
+        second = frame(self.second)
         rows = [*meet(first, second), *parallel(first, second), self._aligned(frame)[0]]
         return [*rows, cross(turned(second.x, self.angle), first.x)] if self.axis else rows
 
     def held(self, frame: Resolve) -> list[Held]:
         """Return the place and the angle between the sections; `axis` is of no effect."""
-        first, second = frame(self.first), frame(self.second)
+        first = frame(self.first)
+        second = frame(self.second)
         return [*held_place(first, second), held_turn(first, second, self._turn)]
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
@@ -263,7 +267,8 @@ class Weld(AlignedJoint):
 
     def moments(self, frame: Resolve, multipliers: Sequence[Form]) -> list[Couple]:
         """Return the moments of the angle between the sections, and of that between the axes."""
-        first, second = frame(self.first), frame(self.second)
+        first = frame(self.first)
+        second = frame(self.second)
         normals = (section_normal(end) for end in (first, second))
         couples = [couple(multipliers[2], *zip((first, second), normals, strict=True))]
         if self.axis:
@@ -331,10 +336,12 @@ class Prismatic(LineJoint, AlignedJoint):
         if self.clearance is None or self.law is None or self.length is None:
             return []
         straight("Prismatic", frame(self.second))
-        half, side = 0.5 * np.asarray(self.length), 0.5 * np.asarray(self.height)
+        half = 0.5 * np.asarray(self.length)
+        side = 0.5 * np.asarray(self.height)
         x, y = self.axis
         turn = math.atan2(y, x) - np.asarray(self.angle)
-        along, across = _unit(turn), _unit(turn + math.pi / 2)
+        along = _unit(turn)
+        across = _unit(turn + math.pi / 2)
         contacts = []
         for end, wall in product((-1.0, 1.0), repeat=2):
             normal = wall * y, -wall * x
@@ -360,7 +367,8 @@ class Prismatic(LineJoint, AlignedJoint):
         inverse = 1.0 / np.asarray(self.length, dtype=float)
 
         def ends(multipliers: Sequence[Form]) -> list[Vector]:
-            half, couple = multipliers[0] * 0.5, multipliers[1] * inverse
+            half = multipliers[0] * 0.5
+            couple = multipliers[1] * inverse
             return [(half + couple, Form({})), (half - couple, Form({}))]
 
         return [FrictionEntry(self._travel(frame), self.friction, ends, normals=2)]
@@ -373,7 +381,8 @@ class Prismatic(LineJoint, AlignedJoint):
         """Return the row across the line and the sine of the angle, nothing with clearance."""
         if self.clearance is not None:
             return []
-        first, second = frame(self.first), frame(self.second)
+        first = frame(self.first)
+        second = frame(self.second)
         rows = [held.travel for held in self._across(frame, self.offset[0])]
         return [*rows, *parallel(first, second, self.axis), self._aligned(frame)[0]]
 
@@ -477,7 +486,8 @@ class Distance(PairJoint, HoldingJoint):
     def held(self, frame: Resolve) -> list[Held]:
         """Return (d · d − ℓ²)/2ℓ with d = r_first − r_second; λ is then the force in the rod."""
         (apart,) = self.rods(frame)
-        length, inverse = self._length(np.asarray), self._length(_inverse)
+        length = self._length(np.asarray)
+        inverse = self._length(_inverse)
         return [Held((dot(apart, apart) * inverse - length) * 0.5, scale(inverse, apart))]
 
 

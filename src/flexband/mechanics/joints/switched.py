@@ -74,7 +74,8 @@ class Switched(ModifiedJoint):
     tolerance: ArrayLike = 1e-3
 
     def __post_init__(self) -> None:
-        kind, joint = type(self.joint).__name__, self.joint
+        kind = type(self.joint).__name__
+        joint = self.joint
         check_instance("Switched joint", joint, Joint, "a joint")
         check_option("where", self.where, ["present", "given"])
         check_positive("Switched tolerance [m]", self.tolerance)

@@ -30,7 +30,9 @@ from flexband.mechanics.kernels.lanes import (
 @compiled
 def vector(structure, values, z, a):
     """Return the first two components of vector `a`."""
-    vectors, x, y = structure.vectors, 0.0 * load(z, 0), 0.0 * load(z, 0)
+    vectors = structure.vectors
+    x = 0.0 * load(z, 0)
+    y = 0.0 * load(z, 0)
     for p in range(vectors.start[a], vectors.start[a + 1]):
         coordinate = load(z, vectors.coordinate[p])
         if vectors.partner[p] > 0:
@@ -43,7 +45,9 @@ def vector(structure, values, z, a):
 @compiled
 def vector_rate(structure, values, z, rates, first, a):
     """Return the rate of vector `a` from the rates of q in `rates` from row `first` on."""
-    vectors, x, y = structure.vectors, 0.0 * load(z, 0), 0.0 * load(z, 0)
+    vectors = structure.vectors
+    x = 0.0 * load(z, 0)
+    y = 0.0 * load(z, 0)
     for p in range(vectors.start[a], vectors.start[a + 1]):
         rate = load(rates, first + vectors.coordinate[p])
         if vectors.partner[p] > 0:
@@ -56,7 +60,8 @@ def vector_rate(structure, values, z, rates, first, a):
 @compiled
 def third_component(structure, values, z, first, a):
     """Return the third component of a linear vector, or its rate; `z` has these from `first` on."""
-    vectors, component = structure.vectors, 0.0 * load(z, 0)
+    vectors = structure.vectors
+    component = 0.0 * load(z, 0)
     if vectors.spatial:
         for p in range(vectors.start[a], vectors.start[a + 1]):
             component += load(values.vectors.z, p) * load(z, first + vectors.coordinate[p])
@@ -66,10 +71,12 @@ def third_component(structure, values, z, first, a):
 @compiled
 def entry_gradient(vectors, values, z, p):
     """Return the derivatives of both components of a vector by the coordinate of entry p."""
-    x, y = load(values.vectors.x, p), load(values.vectors.y, p)
+    x = load(values.vectors.x, p)
+    y = load(values.vectors.y, p)
     if vectors.partner[p] > 0:
         partner = load(z, vectors.partner[p])
-        x, y = x * partner, y * partner
+        x = x * partner
+        y = y * partner
     return x, y
 
 
@@ -98,7 +105,8 @@ def _update_angle(z, row, x, y):
 @compiled
 def update_angles(structure, values, z):
     """Set the angles, each on the turn nearest to its present value, lengths and unit vectors."""
-    vectors, state = structure.vectors, structure.state
+    vectors = structure.vectors
+    state = structure.state
     for a in range(state.sensor_angle - state.angle):
         x, y = vector(structure, values, z, a)
         if vectors.length[a]:
@@ -115,7 +123,8 @@ def update_angles(structure, values, z):
 @compiled
 def update_sensor_angles(structure, values, z):
     """Set the angles that sensors alone read, as `update_angles` does."""
-    vectors, state = structure.vectors, structure.state
+    vectors = structure.vectors
+    state = structure.state
     for k in range(state.velocity - state.sensor_angle):
         x, y = vector(structure, values, z, vectors.sensor_angle + k)
         _update_angle(z, state.sensor_angle + k, x, y)
@@ -135,14 +144,17 @@ def turning_rate(structure, values, z, k):
 
     It is |n × ṅ|/n² of one axis n, and √(½ Σ (|n × ṅ|/n²)²) = |ω| of three.
     """
-    vectors, velocity = structure.vectors, structure.state.velocity
-    total, turn = 0.0 * load(z, 0), 0.0 * load(z, 0)
+    vectors = structure.vectors
+    velocity = structure.state.velocity
+    total = 0.0 * load(z, 0)
+    turn = 0.0 * load(z, 0)
     for a in range(vectors.turning[k], vectors.turning[k + 1]):
         x, y = vector(structure, values, z, a)
         u, v = vector_rate(structure, values, z, z, velocity, a)
         h = third_component(structure, values, z, 0, a)
         w = third_component(structure, values, z, velocity, a)
-        square, turn = _square(x, y) + h * h, x * v - y * u
+        square = _square(x, y) + h * h
+        turn = x * v - y * u
         cross = turn * turn + (y * w - h * v) * (y * w - h * v) + (h * u - x * w) * (h * u - x * w)
         total += cross / (square * square)
     rate = sqrt(total / max(vectors.turning[k + 1] - vectors.turning[k] - 1.0, 1.0))
@@ -179,7 +191,8 @@ def _gradient(vectors, values, z, a, p, x, y):
 @compiled
 def pass_on_moments(structure, values, z, r):
     """Pass what acts on the angles on to the coordinates, and keep it in z for the tangent."""
-    vectors, state = structure.vectors, structure.state
+    vectors = structure.vectors
+    state = structure.state
     for a in range(state.sensor_angle - state.angle):
         moment = load(r, state.angle + a)
         store(z, state.moment + a, moment)
@@ -202,16 +215,22 @@ def add_angle_gradients(structure, values, z, a, factor, matrix):
 @compiled
 def add_angle_tangent(structure, values, z, weight, matrix):
     """Add `weight` times moment × θ_qq of all angles and lengths."""
-    vectors, state, numbers = structure.vectors, structure.state, values.vectors
+    vectors = structure.vectors
+    state = structure.state
+    numbers = values.vectors
     for a in range(state.sensor_angle - state.angle):
         x, y = vector(structure, values, z, a)
         square = _square(x, y)
         factor = weight * load(z, state.moment + a) / (square * square)
-        xx, xy = factor * 2.0 * x * y, factor * (y * y - x * x)
-        first, same = vectors.start[a], 0.0 * factor
+        xx = factor * 2.0 * x * y
+        xy = factor * (y * y - x * x)
+        first = vectors.start[a]
+        same = 0.0 * factor
         if vectors.length[a]:  # (n × ∂n/∂q)²/|n|³
             factor = 0.5 * factor * sqrt(square)
-            xx, xy, same = factor * (y * y - x * x), -2.0 * factor * x * y, factor * square
+            xx = factor * (y * y - x * x)
+            xy = -2.0 * factor * x * y
+            same = factor * square
         moment = weight * load(z, state.moment + a) / square
         for p in range(first, vectors.start[a + 1]):
             px, py = entry_gradient(vectors, values, z, p)
@@ -233,10 +252,12 @@ def angle_drift(structure, values, z, a):
 
     This is −2 (n · ṅ)(n × ṅ)/(n · n)² of a linear vector, and n × Σ c q̇_i q̇_j/(n · n) of products.
     """
-    vectors, velocity = structure.vectors, structure.state.velocity
+    vectors = structure.vectors
+    velocity = structure.state.velocity
     x, y = vector(structure, values, z, a)
     u, v = vector_rate(structure, values, z, z, velocity, a)
-    square, turning = _square(x, y), x * v - y * u
+    square = _square(x, y)
+    turning = x * v - y * u
     if vectors.length[a]:
         return turning * turning / (square * sqrt(square))
     drift = -2.0 * (x * u + y * v) * turning / (square * square)

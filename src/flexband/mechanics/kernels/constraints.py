@@ -27,14 +27,20 @@ def add_products(products, coefficient, functions, now, z, rows, sign):
 def add_constraints(terms, coefficient, functions, now, z, r):
     """Add Φ to the multipliers' rows and Φ_qᵀλ to the coordinates'."""
     for t in range(terms.products):
-        k, i, j = terms.k[t], terms.i[t], terms.j[t]
+        k = terms.k[t]
+        i = terms.i[t]
+        j = terms.j[t]
         c = load(coefficient, t) * load(functions, now + terms.f[t])
-        zi, zj, zk = load(z, i), load(z, j), c * load(z, k)
+        zi = load(z, i)
+        zj = load(z, j)
+        zk = c * load(z, k)
         add_to(r, k, c * zi * zj)
         add_to(r, j, zk * zi)
         add_to(r, i, zk * zj)
     for t in range(terms.products, len(terms.k)):
-        k, j, c = terms.k[t], terms.j[t], load(coefficient, t)
+        k = terms.k[t]
+        j = terms.j[t]
+        c = load(coefficient, t)
         if terms.f[t] != 0:
             c = c * load(functions, now + terms.f[t])
         add_to(r, k, c * load(z, j))
@@ -46,7 +52,9 @@ def add_constraint_tangent(structure, values, terms, coefficient, now, z, weight
     """Add Φ_q, and `weight` times Σ λ Φ_qq of all terms without angles."""
     functions = values.functions
     for t in range(terms.products):
-        i, j, slot = terms.i[t], terms.j[t], terms.slot[t]
+        i = terms.i[t]
+        j = terms.j[t]
+        slot = terms.slot[t]
         c = load(coefficient, t) * load(functions, now + terms.f[t])
         add_to(matrix, slot[1], c * load(z, i))
         add_to(matrix, slot[0], c * load(z, j))
@@ -66,8 +74,11 @@ def subtract_velocity_errors(structure, values, terms, coefficient, now, z, r):
     state = structure.state
     velocity = state.velocity
     for t in range(terms.steady):
-        i, j, f = terms.i[t], terms.j[t], terms.f[t]
-        zi, zj = load(z, i), load(z, j)
+        i = terms.i[t]
+        j = terms.j[t]
+        f = terms.f[t]
+        zi = load(z, i)
+        zj = load(z, j)
         moved = load(z, velocity + i) * zj + zi * load(z, velocity + j)
         rate = load(values.functions, now + f) * moved
         rate += load(values.rates, 2 * now + f) * zi * zj
@@ -75,7 +86,8 @@ def subtract_velocity_errors(structure, values, terms, coefficient, now, z, r):
     for t in range(terms.steady, terms.polynomials):
         add_to(r, terms.k[t], -load(coefficient, t) * load(z, velocity + terms.j[t]))
     for t in range(terms.polynomials, len(terms.k)):
-        angle, f = terms.j[t], terms.f[t]
+        angle = terms.j[t]
+        f = terms.f[t]
         rate = polar_rate(structure, values, z, z, velocity, angle - state.angle)
         rate = load(values.functions, now + f) * rate
         rate += load(values.rates, 2 * now + f) * load(z, angle)
@@ -85,12 +97,21 @@ def subtract_velocity_errors(structure, values, terms, coefficient, now, z, r):
 @compiled
 def subtract_acceleration_errors(structure, values, terms, coefficient, now, z, a, r, s):
     """Subtract Φ_q q̈ + γ from the multipliers' rows of r, and Φ_q a + γ from those of s."""
-    state, functions = structure.state, structure.functions
-    velocity, acceleration = state.velocity, state.acceleration
+    state = structure.state
+    functions = structure.functions
+    velocity = state.velocity
+    acceleration = state.acceleration
     for t in range(terms.steady):
-        k, i, j, f = terms.k[t], terms.i[t], terms.j[t], terms.f[t]
-        zi, zj, vi, vj = load(z, i), load(z, j), load(z, velocity + i), load(z, velocity + j)
-        value, rate = load(values.functions, now + f), load(values.rates, 2 * now + f)
+        k = terms.k[t]
+        i = terms.i[t]
+        j = terms.j[t]
+        f = terms.f[t]
+        zi = load(z, i)
+        zj = load(z, j)
+        vi = load(z, velocity + i)
+        vj = load(z, velocity + j)
+        value = load(values.functions, now + f)
+        rate = load(values.rates, 2 * now + f)
         drift = load(values.rates, 2 * now + functions + f) * zi * zj
         drift += 2.0 * (rate * (vi * zj + zi * vj) + value * vi * vj)
         c = load(coefficient, t)
@@ -98,12 +119,17 @@ def subtract_acceleration_errors(structure, values, terms, coefficient, now, z, 
         add_to(r, k, -c * (drift + value * moved))
         add_to(s, k, -c * (drift + value * (load(a, i) * zj + zi * load(a, j))))
     for t in range(terms.steady, terms.polynomials):
-        k, j, c = terms.k[t], terms.j[t], load(coefficient, t)
+        k = terms.k[t]
+        j = terms.j[t]
+        c = load(coefficient, t)
         add_to(r, k, -c * load(z, acceleration + j))
         add_to(s, k, -c * load(a, j))
     for t in range(terms.polynomials, len(terms.k)):
-        k, f, angle = terms.k[t], terms.f[t], terms.j[t] - state.angle
-        value, rate = load(values.functions, now + f), load(values.rates, 2 * now + f)
+        k = terms.k[t]
+        f = terms.f[t]
+        angle = terms.j[t] - state.angle
+        value = load(values.functions, now + f)
+        rate = load(values.rates, 2 * now + f)
         drift = load(values.rates, 2 * now + functions + f) * load(z, terms.j[t])
         drift += 2.0 * rate * polar_rate(structure, values, z, z, velocity, angle)
         drift += value * angle_drift(structure, values, z, angle)

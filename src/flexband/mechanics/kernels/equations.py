@@ -54,7 +54,8 @@ def violated_constraint(structure, values, now, z, r, tolerance):
     update_angles(structure, values, z)
     clear(r, state.velocity)
     add_constraints(structure.terms, values.terms, values.functions, now, z, r)
-    largest, worst = filled(0.0), filled(0.0)
+    largest = filled(0.0)
+    worst = filled(0.0)
     for k in range(state.multiplier, state.friction):
         off = magnitude(load(r, k)) * load(values.inverse_scale, 1)
         worst = where(less(off, largest), worst, filled(float(k)))
@@ -65,12 +66,16 @@ def violated_constraint(structure, values, now, z, r, tolerance):
 @compiled
 def add_mass_product(mass, values, z, first, r):
     """Add M x, where x₀ = 0, x₁, x₂, … start in row `first` of z."""
-    row, total = 0, load(r, 0)
+    row = 0
+    total = load(r, 0)
     for p in range(len(mass.i)):
-        i, j, entry = mass.i[p], mass.j[p], load(values, p)
+        i = mass.i[p]
+        j = mass.j[p]
+        entry = load(values, p)
         if i != row:
             store(r, row, total)
-            row, total = i, load(r, i)
+            row = i
+            total = load(r, i)
         total += entry * load(z, first + j)
         if i != j:
             add_to(r, j, entry * load(z, first + i))
@@ -185,7 +190,8 @@ def sense(structure, values, now, z, outputs, memory):
 @compiled
 def watch(structure, values, now, work, before, time, chosen):
     """Take a step from one time to another into account in extremes, where `chosen` is true."""
-    extremes, count = structure.extremes, len(structure.extremes.kind)
+    extremes = structure.extremes
+    count = len(structure.extremes.kind)
     if count == 0:
         update_sensor_angles(structure, values, work.z)
     else:

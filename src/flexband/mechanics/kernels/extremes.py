@@ -60,33 +60,41 @@ def update_extremes(extremes, windows, state, z, forms, before, time, chosen):
     `forms` are their rows, and `before` is the time of the last step, which is `time` at the start
     and where forces jump. Between both a form is linear.
     """
-    count, result = len(extremes.kind), state.extreme
+    count = len(extremes.kind)
+    result = state.extreme
     for k in range(count):
-        first, last = load(windows, 2 * k), load(windows, 2 * k + 1)
-        value, known = load(forms, k), load(z, result + k)
+        first = load(windows, 2 * k)
+        last = load(windows, 2 * k + 1)
+        value = load(forms, k)
+        known = load(z, result + k)
         latest = load(z, result + count + k)
         inside = where(less(time, first), filled(0.0), chosen)
         inside = where(less(last, time), filled(0.0), inside)
-        new, kind = value, extremes.kind[k]
+        new = value
+        kind = extremes.kind[k]
         closed = where(less(filled(0.0), latest), less(value, filled(0.0)), filled(0.0))
         if kind > KINDS.instant:
             number = load(z, result + k - (kind - KINDS.instant))
             nth = less(magnitude(number - float(kind - KINDS.instant)), filled(0.5))
-            new, inside = filled(1.0) * time, where(closed, where(nth, inside, filled(0.0)), closed)
+            new = filled(1.0) * time
+            inside = where(closed, where(nth, inside, filled(0.0)), closed)
         elif kind == KINDS.closings:
             new = known + closed
         elif kind == KINDS.integral:
             length = where(less(before, time), time - before, filled(1.0))
-            low, high = maximum(before, first), minimum(time, last)
+            low = maximum(before, first)
+            high = minimum(time, last)
             covered = maximum(high - low, filled(0.0))
             slope = (value - latest) / length
             middle = latest + slope * (0.5 * (low + high) - before)
             part = where(less(before, time), covered * middle, filled(0.0))
-            new, inside = known + part, chosen
+            new = known + part
+            inside = chosen
         elif kind == KINDS.work:
             moved = load(forms, k + 1) - load(z, result + count + k + 1)
             part = where(less(before, time), 0.5 * (latest + value) * moved, filled(0.0))
-            new, inside = known + part, chosen
+            new = known + part
+            inside = chosen
         elif kind == KINDS.largest:
             new = where(less(value, known), known, value)
         else:

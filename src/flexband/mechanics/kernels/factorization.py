@@ -36,7 +36,8 @@ from flexband.mechanics.kernels.pattern import Pattern
 def to_dense(pattern: Pattern, matrix: np.ndarray) -> np.ndarray:
     """Return the matrix before its factorization, shape (WIDTH, unknowns, unknowns)."""
     pairs = np.stack([pattern.first, pattern.second], axis=1)
-    row, column = pattern.row, np.repeat(np.arange(pattern.columns), np.diff(pattern.start))
+    row = pattern.row
+    column = np.repeat(np.arange(pattern.columns), np.diff(pattern.start))
     tiles = matrix[: 4 * len(row)].T.reshape(-1, len(row), 2, 2)
     flipped = tiles.transpose(0, 1, 3, 2)
     dense = np.zeros((matrix.shape[1], pattern.unknowns + 1, pattern.unknowns + 1))
@@ -110,11 +111,13 @@ def forward(rows, matrix, sides):
     """Replace each of the right-hand sides x, a tuple of arrays, by L⁻¹x."""
     for n in range(len(rows.first)):
         first = rows.first[n]
-        a, b = load_each(sides, first), load_each(sides, first + 1)
+        a = load_each(sides, first)
+        b = load_each(sides, first + 1)
         for p in range(rows.start[n], rows.start[n + 1]):
             l00, l01, l10, l11 = load_rows(matrix, 4 * rows.tile[p], 4)
             column = rows.column[p]
-            y0, y1 = load_each(sides, column), load_each(sides, column + 1)
+            y0 = load_each(sides, column)
+            y1 = load_each(sides, column + 1)
             a = plus(plus(a, -l00, y0), -l01, y1)
             b = plus(plus(b, -l10, y0), -l11, y1)
         store_each(sides, first, a)
@@ -126,13 +129,16 @@ def backward(pattern, matrix, sides):
     """Replace each of the right-hand sides x, a tuple of arrays, by L⁻ᵀD⁻¹x."""
     for k in range(pattern.columns - 1, -1, -1):
         first = pattern.first[k]
-        y0, y1 = load_each(sides, first), load_each(sides, first + 1)
+        y0 = load_each(sides, first)
+        y1 = load_each(sides, first + 1)
         i00, i01, _, i11 = load_rows(matrix, 4 * pattern.start[k], 4)
-        a, b = plus(times(i00, y0), i01, y1), plus(times(i01, y0), i11, y1)
+        a = plus(times(i00, y0), i01, y1)
+        b = plus(times(i01, y0), i11, y1)
         for tile in range(pattern.start[k + 1] - 1, pattern.start[k], -1):
             l00, l01, l10, l11 = load_rows(matrix, 4 * tile, 4)
             row = pattern.unknown[tile]
-            x0, x1 = load_each(sides, row), load_each(sides, row + 1)
+            x0 = load_each(sides, row)
+            x1 = load_each(sides, row + 1)
             a = plus(plus(a, -l00, x0), -l10, x1)
             b = plus(plus(b, -l01, x0), -l11, x1)
         store_each(sides, first, a)
@@ -157,7 +163,8 @@ def soften_multipliers(pattern, matrix, part):
     for k in range(pattern.columns):
         if not pattern.is_multiplier[k]:
             diagonal = pattern.start[k]
-            first, second = part / load(matrix, 4 * diagonal), part / load(matrix, 4 * diagonal + 3)
+            first = part / load(matrix, 4 * diagonal)
+            second = part / load(matrix, 4 * diagonal + 3)
             for tile in range(diagonal + 1, pattern.start[k + 1]):
                 if pattern.is_multiplier[pattern.row[tile]]:
                     entry = 4 * pattern.start[pattern.row[tile]]

@@ -27,7 +27,8 @@ from flexband.mechanics.kernels.lane_arrays import WIDTH
 TYPES = "flexband.mechanics.kernels.types.lane"
 """The module with Numba's type of a lane."""
 
-lane_type, types = Deferred(TYPES), Deferred("numba.core.types")
+lane_type = Deferred(TYPES)
+types = Deferred("numba.core.types")
 cgutils = Deferred("numba.core.cgutils")
 
 VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
@@ -132,7 +133,8 @@ def store_each(typingctx, arrays, row, values):
     """Write each lane of a tuple to row `row` of one array of another tuple."""
 
     def code(context, builder, sig, args):
-        arrays, values = unpack_tuple(builder, args[0]), unpack_tuple(builder, args[2])
+        arrays = unpack_tuple(builder, args[0])
+        values = unpack_tuple(builder, args[2])
         for kind, array, value in zip(sig.args[0], arrays, values, strict=True):
             builder.store(value, _row_pointer(context, builder, kind, array, args[1]), align=8)
         return context.get_dummy_value()

@@ -86,7 +86,8 @@ def analyse(
     order, columns = _minimum_degree(neighbours, multipliers)
     place = {pair: k for k, pair in enumerate(order)}
 
-    tiles, start = [], [0]
+    tiles = []
+    start = [0]
     for k, column in enumerate(columns):
         tiles += [(k, k), *((row, k) for row in sorted(place[pair] for pair in column))]
         start.append(len(tiles))
@@ -95,7 +96,9 @@ def analyse(
         if row != column:
             rows[row].append((t, column))
 
-    product_start, product_v, product_l = [0], [], []
+    product_start = [0]
+    product_v = []
+    product_l = []
     for row, column in tiles:
         tile_in = {c: tile for tile, c in rows[row]} if row != column else {}
         for tile, c in rows[column]:
@@ -172,7 +175,9 @@ def _minimum_degree(
     for i, coordinates in waiting.items():
         for j in coordinates:
             constrained[j].append(i)
-    order, columns, done = [], [], set()
+    order = []
+    columns = []
+    done = set()
     while heap:
         degree, i = heapq.heappop(heap)
         if i in done or degree != len(neighbours[i]):

@@ -51,7 +51,8 @@ def _length(x, y, h):
 @compiled
 def elongation(structure, values, z, s):
     """Return s."""
-    springs, a = structure.springs, structure.springs.vector[s]
+    springs = structure.springs
+    a = structure.springs.vector[s]
     x, y = vector(structure, values, z, a)
     if s < springs.translational:
         return _length(x, y, third_component(structure, values, z, 0, a))
@@ -64,7 +65,9 @@ def elongation(structure, values, z, s):
 @compiled
 def _rate(structure, values, z, s):
     """Return ṡ."""
-    springs, a, first = structure.springs, structure.springs.vector[s], structure.state.velocity
+    springs = structure.springs
+    a = structure.springs.vector[s]
+    first = structure.state.velocity
     u, v = vector_rate(structure, values, z, z, first, a)
     if s < springs.translational:
         x, y = vector(structure, values, z, a)
@@ -92,8 +95,12 @@ def _ramp(table, first, k, x):
 @compiled
 def _table(springs, table, s, x, rate):
     """Return g and its derivatives by x and by ṡ."""
-    value, slope, damping = filled(0.0), filled(0.0), filled(0.0)
-    first, rows, columns = springs.table[s], springs.places[s], springs.rates[s]
+    value = filled(0.0)
+    slope = filled(0.0)
+    damping = filled(0.0)
+    first = springs.table[s]
+    rows = springs.places[s]
+    columns = springs.rates[s]
     if rows == 0:
         return filled(1.0), slope, damping
     for i in range(rows):
@@ -110,7 +117,9 @@ def _table(springs, table, s, x, rate):
 @compiled
 def update_springs(structure, values, now, z):
     """Set the tension T and the elongation s of every spring."""
-    springs, numbers, state = structure.springs, values.springs, structure.state
+    springs = structure.springs
+    numbers = values.springs
+    state = structure.state
     for s in range(len(springs.f)):
         length = elongation(structure, values, z, s)
         stretch = length - load(numbers.rest, s)
@@ -126,7 +135,9 @@ def update_springs(structure, values, now, z):
 @compiled
 def add_spring_forces(structure, values, z, r):
     """Add T ∂s/∂q, that of angles to their rows; the springs are up to date."""
-    springs, vectors, state = structure.springs, structure.vectors, structure.state
+    springs = structure.springs
+    vectors = structure.vectors
+    state = structure.state
     for s in range(springs.translational):
         a = springs.vector[s]
         x, y = vector(structure, values, z, a)
@@ -138,7 +149,8 @@ def add_spring_forces(structure, values, z, r):
                 force += h * load(values.vectors.z, p)
             add_to(r, vectors.coordinate[p], tension * force)
     for s in range(springs.translational, len(springs.f)):
-        a, tension = springs.vector[s], load(z, state.tension + s)
+        a = springs.vector[s]
+        tension = load(z, state.tension + s)
         for p in range(vectors.start[a], vectors.start[a + 1]):
             gradient, _ = entry_gradient(vectors, values, z, p)
             add_to(r, vectors.coordinate[p], tension * gradient)
@@ -149,7 +161,8 @@ def add_spring_forces(structure, values, z, r):
 @compiled
 def _slope(structure, values, now, z, rate, s):
     """Return ∂T/∂s + rate ∂T/∂ṡ."""
-    springs, numbers = structure.springs, values.springs
+    springs = structure.springs
+    numbers = values.springs
     stretch = load(z, structure.state.elongation + s) - load(numbers.rest, s)
     slope = load(numbers.stiffness, s) + 3.0 * load(numbers.cubic, s) * stretch * stretch
     slope = slope + rate * load(numbers.damping, s)
@@ -164,16 +177,20 @@ def _slope(structure, values, now, z, rate, s):
 @compiled
 def _entry(structure, values, z, s, e):
     """Return the coordinate of entry `e` of a sum of angles and a form, and ∂s/∂q there."""
-    springs, vectors = structure.springs, structure.vectors
-    a, k = springs.vector[s], springs.angle_start[s]
+    springs = structure.springs
+    vectors = structure.vectors
+    a = springs.vector[s]
+    k = springs.angle_start[s]
     count = vectors.start[a + 1] - vectors.start[a]
     if e < count:
         p = vectors.start[a] + e
         gradient, _ = entry_gradient(vectors, values, z, p)
         return vectors.coordinate[p], gradient
     while e >= count:
-        e, a = e - count, springs.angle[k]
-        count, k = vectors.start[a + 1] - vectors.start[a], k + 1
+        e = e - count
+        a = springs.angle[k]
+        count = vectors.start[a + 1] - vectors.start[a]
+        k = k + 1
     x, y = vector(structure, values, z, a)
     p = vectors.start[a] + e
     gradient = angle_gradient(vectors, values, z, p, x, y)
@@ -188,27 +205,35 @@ def add_spring_tangent(structure, values, now, z, weight, rate, matrix):
     with the direction is left out. It is (T′ + rate d) ∂s/∂q ∂s/∂qᵀ + T ∂²s/∂q² of the others;
     `angles.add_angle_tangent` adds T times the second derivatives of the angles.
     """
-    springs, vectors, numbers = structure.springs, structure.vectors, values.vectors
+    springs = structure.springs
+    vectors = structure.vectors
+    numbers = values.vectors
     for s in range(springs.translational):
         a = springs.vector[s]
-        begin, end = vectors.start[a], vectors.start[a + 1]
+        begin = vectors.start[a]
+        end = vectors.start[a + 1]
         x, y = vector(structure, values, z, a)
         length = load(z, structure.state.elongation + s)
         slope = weight * _slope(structure, values, now, z, rate, s)
         across = weight * load(z, structure.state.tension + s) / length
-        nx, ny, none = x / length, y / length, 0.0 * x
+        nx = x / length
+        ny = y / length
+        none = 0.0 * x
         nh = third_component(structure, values, z, 0, a) / length
         for p in range(begin, end):
-            px, py = load(numbers.x, p), load(numbers.y, p)
+            px = load(numbers.x, p)
+            py = load(numbers.y, p)
             ph = load(numbers.z, p) if vectors.spatial else none
             for q in range(p, end):
-                qx, qy = load(numbers.x, q), load(numbers.y, q)
+                qx = load(numbers.x, q)
+                qy = load(numbers.y, q)
                 qh = load(numbers.z, q) if vectors.spatial else none
                 along = (nx * px + ny * py + nh * ph) * (nx * qx + ny * qy + nh * qh)
                 entry = across * (px * qx + py * qy + ph * qh) + (slope - across) * along
                 add_to(matrix, springs.slot[s, p - begin, q - begin], entry)
     for s in range(springs.translational, len(springs.f)):
-        slope, a = weight * _slope(structure, values, now, z, rate, s), springs.vector[s]
+        slope = weight * _slope(structure, values, now, z, rate, s)
+        a = springs.vector[s]
         tension = weight * load(z, structure.state.tension + s)
         count = vectors.start[a + 1] - vectors.start[a]
         for p in range(vectors.start[a], vectors.start[a + 1]):
@@ -230,7 +255,8 @@ def add_spring_tangent(structure, values, now, z, weight, rate, matrix):
 @compiled
 def spring_energy(structure, values, z):
     """Return ½ k x² + ¼ k₃ x⁴ of all springs; actuators have no part in it."""
-    total, numbers = 0.0 * load(z, 0), values.springs
+    total = 0.0 * load(z, 0)
+    numbers = values.springs
     for s in range(len(structure.springs.f)):
         stretch = load(z, structure.state.elongation + s) - load(numbers.rest, s)
         square = stretch * stretch

@@ -113,7 +113,8 @@ class StickSlipRows(NamedTuple):
 @compiled
 def friction_rows(state):
     """Return the `StickSlipRows`."""
-    n, first = state.angle - state.friction, state.sliding
+    n = state.angle - state.friction
+    first = state.sliding
     return StickSlipRows(
         n, first, first + n, first + 2 * n, first + 3 * n, first + 4 * n, first + 5 * n,
         first + 6 * n, first + 7 * n,
@@ -154,7 +155,8 @@ class GapRows(NamedTuple):
 @compiled
 def rows_of_gaps(state):
     """Return the `GapRows`."""
-    n, first = (state.extreme - state.gap) // GAP_ROWS, state.gap
+    n = (state.extreme - state.gap) // GAP_ROWS
+    first = state.gap
     return GapRows(
         n, first, first + n, first + 2 * n, first + 3 * n, first + 4 * n, first + 5 * n,
         first + 6 * n,

@@ -89,7 +89,9 @@ class Balance:
         spin: Spin,
         tolerances: BalanceTolerances = BalanceTolerances(),
     ):
-        self.equations, self.spin, self.tolerances = equations, spin, tolerances
+        self.equations = equations
+        self.spin = spin
+        self.tolerances = tolerances
         size = equations.size
         z = equations.spun(z, spin)
         z[equations.multipliers] = 0.0
@@ -99,7 +101,8 @@ class Balance:
         each = equations.system.model.dimension
         lengths = reduce(np.hypot, (rows[:, k::each] for k in range(each)))
         self.norms = lengths.max(axis=1, initial=1e-300)
-        self.rows, self.violation = rows / self.norms[:, None], Phi / self.norms
+        self.rows = rows / self.norms[:, None]
+        self.violation = Phi / self.norms
         self.carried = np.zeros(0)
         if len(rows):
             self.carried = np.linalg.lstsq(self.rows.T, -size * r, rcond=tolerances.rank)[0]
@@ -116,16 +119,19 @@ class Balance:
 
     def _with_friction(self, z: np.ndarray, r: np.ndarray) -> np.ndarray:
         """Let sliding friction follow the reactions by Newton's method; return the residual."""
-        equations, size = self.equations, self.equations.size
+        equations = self.equations
+        size = self.equations.size
         for _ in range(self.tolerances.iterations):
             if not equations.follows(z):
                 break
             z[equations.carried] = self.carried / self.norms
-            r, G = equations.residual(z)[0], equations.by_reactions(z)
+            r = equations.residual(z)[0]
+            G = equations.by_reactions(z)
             forces = size[:, None] * np.column_stack([r - G @ z[equations.carried], G / self.norms])
             across = np.linalg.lstsq(self.rows.T, forces, rcond=self.tolerances.rank)[0]
             following = np.eye(len(self.rows)) + across[:, 1:]
-            before, self.carried = self.carried, np.linalg.solve(following, -across[:, 0])
+            before = self.carried
+            self.carried = np.linalg.solve(following, -across[:, 0])
             if np.abs(self.carried - before).max() <= ROUNDING * np.abs(before).max():
                 break
         return r
@@ -137,7 +143,8 @@ class Balance:
         """
         if not self.equations.follows(self.z):
             return None
-        G, count = self.equations.by_reactions(self.z), len(self.rows)
+        G = self.equations.by_reactions(self.z)
+        count = len(self.rows)
         across = np.linalg.pinv(rows.T, rcond=self.tolerances.rank) * self.equations.size
         change = np.eye(len(rows))
         change[:, :count] += across @ (G / self.norms)
@@ -145,9 +152,13 @@ class Balance:
 
     def contraction(self, rows: np.ndarray, M: np.ndarray) -> float:
         """Return the gain of the friction loop; from 1 on, accelerations are none or several."""
-        n, count, size = len(M), len(self.rows), self.equations.size
+        n = len(M)
+        count = len(self.rows)
+        size = self.equations.size
         matrix = np.zeros((n + len(rows),) * 2)
-        matrix[:n, :n], matrix[:n, n:], matrix[n:, :n] = M * size * size[:, None], rows.T, rows
+        matrix[:n, :n] = M * size * size[:, None]
+        matrix[:n, n:] = rows.T
+        matrix[n:, :n] = rows
         forces = np.zeros((len(matrix), count))
         forces[:n] = -size[:, None] * self.equations.by_reactions(self.z) / self.norms
         changes = np.linalg.lstsq(matrix, forces, rcond=None)[0][n : n + count]
@@ -273,7 +284,8 @@ def _scale_by_diagonal(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, Fact
     Where the diagonal is smaller than K_ij² ≤ K_ii K_jj asks for, as without negative eigenvalues,
     what is coupled counts in its place.
     """
-    size, least = np.abs(matrix), np.finfo(float).tiny
+    size = np.abs(matrix)
+    least = np.finfo(float).tiny
     diagonal = np.maximum(np.diag(size), least)
     with np.errstate(over="ignore"):
         coupled = np.minimum(size, size**2 / diagonal).max(axis=1, initial=0.0)
@@ -316,7 +328,8 @@ def is_stable(linear: Linear, basis: np.ndarray) -> bool:
             np.linalg.cholesky(K + K.T)
             return True
         except np.linalg.LinAlgError:
-            linear, count = linear._replace(D=np.zeros_like(linear.D)), 1
+            linear = linear._replace(D=np.zeros_like(linear.D))
+            count = 1
     return not np.any(eigenmodes(linear, basis, count).unstable)
 
 
@@ -342,11 +355,13 @@ def find_rest(
     """
     if equations.state.rule == equations.state.extreme:
         return _rest(equations, z, spin, start, search)
-    size, settled = np.abs(start[equations.y]), None
+    size = np.abs(start[equations.y])
+    settled = None
     z, start = (_hurry_law_states(equations, z, search.state_step) for z in (z, start))
     balance, success = _rest(equations, z, spin, start, search)
     for _ in range(search.state_steps):
-        before, y = balance.z[equations.y0], balance.z[equations.y]
+        before = balance.z[equations.y0]
+        y = balance.z[equations.y]
         size = np.maximum(size, np.maximum(np.abs(y), np.abs(before)))
         if not np.isfinite(balance.z).all():
             break
@@ -394,9 +409,12 @@ def _search_rest(
     Inertia keeps the first steps short and loses weight as the forces become smaller, downhill only
     as far as the energy decreases.
     """
-    rigidity, pushes, before = float(equations.values.rigidity[0, 0]), 0, np.inf
+    rigidity = float(equations.values.rigidity[0, 0])
+    pushes = 0
+    before = np.inf
     weight = rigidity if downhill else 1e3 * rigidity
-    balance, longest = Balance(equations, z, spin), search.max_step
+    balance = Balance(equations, z, spin)
+    longest = search.max_step
     for _ in range(search.iterations):
         excess = balance.excess
         if not np.isfinite(excess) or stop_flag().any():
@@ -421,8 +439,11 @@ def _search_rest(
         ):
             if pushes == search.max_pushes:
                 break
-            step, largest = 10.0**pushes * search.push * balance.push(), 0.0
-            pushes, before, weight = pushes + 1, np.inf, rigidity
+            step = 10.0**pushes * search.push * balance.push()
+            largest = 0.0
+            pushes = pushes + 1
+            before = np.inf
+            weight = rigidity
         if excess <= before or downhill:
             weight = min(weight * (10.0 if downhill else search.growth), 1e250)
         else:

@@ -38,7 +38,9 @@ def block_equilibria(
     work.z[state.multiplier : state.angle] = 0.0
     Equations.closed(system, work.z)
     work.z[state.rule : state.gap][1:2] = RestSearch().state_step
-    start, failed, on_way = work.z.copy(), failure.copy(), []
+    start = work.z.copy()
+    failed = failure.copy()
+    on_way = []
     if not any(spin.rate for spin in spins):
         snap_throughs(system, values, start, failed)
         for k in range(1, steps + 1):
@@ -79,12 +81,16 @@ def _loose(system: System, balance: Balance) -> float:
     forces = np.abs(balance.forces).max(initial=0.0)
     if not (balance.free and np.isfinite(forces) and forces > 0 and balance.excess > 1):
         return 0.0
-    model, moved, largest, loose = system.model, np.abs(balance.push()), 0.0, 0.0
+    model = system.model
+    moved = np.abs(balance.push())
+    largest = 0.0
+    loose = 0.0
     for number, name in enumerate(model.bodies, start=1):
         place = moved[model.node_vectors[name][:, 0] - 1].max()
         turn = moved[model.axes[name][0] - 1].max(initial=0.0)
         if max(place, turn) > largest:
-            largest, loose = max(place, turn), float(number if place >= turn else -number)
+            largest = max(place, turn)
+            loose = float(number if place >= turn else -number)
     return loose
 
 

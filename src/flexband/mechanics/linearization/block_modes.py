@@ -67,7 +67,8 @@ class ModeSolver:
 
     def block(self, values: Values, numbers: np.ndarray) -> BlockModes:
         """Return the modes of a block that has the samples with these numbers."""
-        system, state = self.system, self.system.structure.state
+        system = self.system
+        state = self.system.structure.state
         work, failure = begin(system, values)
         count = len(numbers)
         v = work.z[state.velocity + 1 : state.acceleration, :count]
@@ -89,13 +90,16 @@ class ModeSolver:
             ][:count]
         else:
             _, failure, balances, _ = block_equilibria(system, values, self.steps, count, spins)
-        results, unbalanced = [], []
+        results = []
+        unbalanced = []
         for lane, balance in enumerate(balances):
             if failure[0, lane]:
                 continue
             if not balance.free and not balance.equations.state_count:
                 raise InputError("the mechanism has no degree of freedom, so it has no modes")
-            z, linear, sample = balance.z, balance.motion, int(numbers[lane])
+            z = balance.z
+            linear = balance.motion
+            sample = int(numbers[lane])
             if self.at_start:
                 z = work.z[:, lane]
                 linear = balance.equations.coupled(z, still)  # with the multipliers of the motion
@@ -104,7 +108,8 @@ class ModeSolver:
             require_inertia(system, balance.equations.values, z[:, None], numbers[lane : lane + 1])
             damping = linear.D + contact_damping(balance.equations, z, linear)
             linear = linear._replace(M=balance.equations.mass, D=damping)
-            basis, sliding = balance.basis, z[balance.equations.senses] != MODE.free
+            basis = balance.basis
+            sliding = z[balance.equations.senses] != MODE.free
             stuck = balance.equations.holding(z) & ~sliding
             if system.model.frictions:
                 linear, basis = _with_friction(balance, linear, z, stuck, sample)
@@ -117,7 +122,8 @@ class ModeSolver:
 
     def _lowest(self, linear: Linear, basis: np.ndarray, sample: int, z: np.ndarray) -> Eigenmodes:
         """Return the modes of lowest frequency, with those of thickness or without."""
-        share, asked = partial(self.sections.share, sample, z), self.count
+        share = partial(self.sections.share, sample, z)
+        asked = self.count
         while True:
             candidates = eigenmodes(linear, basis, asked)
             across = share(candidates.vectors) > 0.5
@@ -129,10 +135,14 @@ class ModeSolver:
 
     def _shapes(self, equations: Equations, z: np.ndarray, modes: Eigenmodes) -> np.ndarray:
         """Return the outputs' derivatives along each vector, shape (modes, outputs)."""
-        system, work = equations.system, equations.work
+        system = equations.system
+        work = equations.work
         rows = np.zeros((system.sensed, WIDTH))
-        shapes, vectors, sizes = [], modes.vectors, equations.size
-        q, z = np.arange(equations.q.start, equations.q.stop), equations.held(z)
+        shapes = []
+        vectors = modes.vectors
+        sizes = equations.size
+        q = np.arange(equations.q.start, equations.q.stop)
+        z = equations.held(z)
         if equations.state_count:
             vectors = np.vstack([vectors, modes.states])
             sizes = np.append(sizes, equations.state_sizes(z, no_rotation(system)))
@@ -153,7 +163,9 @@ def _with_friction(
     balance: Balance, linear: Linear, z: np.ndarray, held: np.ndarray, sample: int
 ) -> tuple[Linear, np.ndarray]:
     """Return the matrices with friction that slides, and the motions that it does not hold."""
-    equations, basis, system = balance.equations, balance.basis, balance.equations.system
+    equations = balance.equations
+    basis = balance.basis
+    system = balance.equations.system
     if np.any(system.structure.friction.one_way * z[equations.senses] < 0):
         raise InputError("a OneWayClutch would lock, so the mechanism does not slide steadily")
     stuck = equations.sticking(z)[held] * equations.size

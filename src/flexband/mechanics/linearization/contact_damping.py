@@ -19,9 +19,11 @@ from flexband.mechanics.linearization.linearize import Equations, Linear
 
 def contact_damping(equations: Equations, z: np.ndarray, linear: Linear) -> np.ndarray:
     """Return the damping matrix of all closed contacts, shape (coordinates, coordinates)."""
-    laws, rows = equations.system.structure.laws, rows_of_gaps.py_func(equations.state)
+    laws = equations.system.structure.laws
+    rows = rows_of_gaps.py_func(equations.state)
     contacts = np.flatnonzero(np.isin(laws.gap_kind, (GAP.length, GAP.angle)))
-    z, D = z.copy(), np.zeros_like(linear.D)
+    z = z.copy()
+    D = np.zeros_like(linear.D)
     z[equations.senses] = MODE.free
     z[rows.mode + contacts] = 1.0
     equations.loads(z[:, None])
@@ -48,6 +50,7 @@ def _gradient(equations: Equations, z: np.ndarray, mode: int) -> np.ndarray:
 
 def _acceleration(linear: Linear, M: np.ndarray, force: np.ndarray) -> np.ndarray:
     """Return the acceleration by a force with the joints."""
-    n, m = len(M), len(linear.Phi)
+    n = len(M)
+    m = len(linear.Phi)
     matrix = np.block([[M, linear.Phi.T], [linear.Phi, np.zeros((m, m))]])
     return np.linalg.lstsq(matrix, np.append(force, np.zeros(m)), rcond=None)[0][:n]

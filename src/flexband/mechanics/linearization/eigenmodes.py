@@ -148,9 +148,11 @@ def _circulatory(linear: Linear, M, K, basis: np.ndarray, count: int):
     shift = _shift(far, count)
     inverse, y = np.linalg.eig(np.linalg.solve(K + shift * M, shift * M))
     resolved = np.abs(inverse) > RESOLVED
-    squares, y = shift / inverse[resolved] - shift, y[:, resolved]
+    squares = shift / inverse[resolved] - shift
+    y = y[:, resolved]
     upper = np.imag(squares) >= 0
-    squares, y = squares[upper], y[:, upper]
+    squares = squares[upper]
+    y = y[:, upper]
     vectors = _normalize(linear, basis @ y)
     noise = rounding_errors(linear, vectors)
     squares = np.where(np.abs(squares) > noise, squares, 0.0)
@@ -166,20 +168,24 @@ def _circulatory(linear: Linear, M, K, basis: np.ndarray, count: int):
 def _general(linear: Linear, M, D, K, basis: np.ndarray, count: int, symmetric: bool):
     """Solve (s² M + s D + K) φ = 0, shifted to the modes of low frequency and inverted."""
     n = len(M)
-    identity, none = np.eye(n), np.zeros((n, n))
+    identity = np.eye(n)
+    none = np.zeros((n, n))
     unit = np.sqrt(np.abs(np.linalg.solve(M, K)).max()) or 1.0
     below = [-np.linalg.solve(M, K) / unit, -np.linalg.solve(M, D)]
     far = np.sort(np.abs(np.linalg.eigvals(np.block([[none, unit * identity], below]))))
     shift = _shift(far, 2 * count)
-    M, D = shift**2 * M, shift * D
+    M = shift**2 * M
+    D = shift * D
     upper = [-np.linalg.solve(M + D + K, part) for part in (M + D, M)]
     inverse, y = np.linalg.eig(np.block([upper, [identity + upper[0], upper[1]]]))
     resolved = np.abs(inverse) > RESOLVED
-    s, y = shift * (1 + 1 / inverse[resolved]), y[:n, resolved]
+    s = shift * (1 + 1 / inverse[resolved])
+    y = y[:n, resolved]
     kept = np.imag(s) >= 0
     vectors = _normalize(linear, basis @ y[:, kept])
     s = _balance_eigenvalues(linear, s[kept], vectors)
-    noise, size = rounding_errors(linear, vectors), np.abs(s)
+    noise = rounding_errors(linear, vectors)
+    size = np.abs(s)
     damping = np.abs(np.einsum("im,ij,jm->m", vectors.conj(), linear.D, vectors))
     resting = np.maximum(size**2, size * damping) <= noise
     s[resting] = 0.0
@@ -219,7 +225,8 @@ def _with_states(
     linear: Linear, states: LinearStates, basis: np.ndarray, count: int, *, alone: float = 1e-13
 ) -> Eigenmodes:
     """Solve for the modes of q, q̇ and states of laws; states `alone` have no modal mass."""
-    n, m = basis.shape[1], len(states.by_state)
+    n = basis.shape[1]
+    m = len(states.by_state)
     parts = linear.inertia, linear.D, linear.K + linear.L
     M, D, K = (reduce_matrix(part, basis) for part in parts)
     right = np.hstack([-K, -D, basis.T @ states.loads])
@@ -230,17 +237,21 @@ def _with_states(
     ]
     s, x = np.linalg.eig(np.vstack(rows))
     kept = np.imag(s) >= 0
-    s, x = s[kept], x[:, kept]
-    vectors, y = basis @ x[:n], x[2 * n :]
+    s = s[kept]
+    x = x[:, kept]
+    vectors = basis @ x[:n]
+    y = x[2 * n :]
     mass = np.sqrt(np.einsum("im,ij,jm->m", vectors.conj(), linear.M, vectors).real)
     moving = np.abs(x[:n]).max(axis=0, initial=0.0) > alone
     scale = np.where(moving, mass, np.abs(y).max(axis=0, initial=0.0))
-    vectors, y = vectors / scale, y / scale
+    vectors = vectors / scale
+    y = y / scale
     noise = np.where(moving, np.sqrt(rounding_errors(linear, vectors)), 0.0)
     s = np.where(np.abs(s) <= np.maximum(noise, RESOLVED * np.abs(s).max()), 0.0, s)
     s = np.where(np.abs(np.real(s)) <= PURE * np.abs(s), 1j * np.imag(s), s)
     if not (np.imag(vectors).any() or np.imag(y).any()):
-        vectors, y = np.real(vectors), np.real(y)
+        vectors = np.real(vectors)
+        y = np.real(y)
     order = np.argsort(np.abs(s), kind="stable")[:count]
     return Eigenmodes(s[order], vectors[:, order], states=y[:, order])
 

@@ -69,7 +69,8 @@ class Linear(NamedTuple):
         states = self.states and self.states._replace(
             loads=self.states.loads + R @ self.states.loads
         )
-        D, L = self.D + R @ self.D, self.L + R @ (self.K + self.L)
+        D = self.D + R @ self.D
+        L = self.L + R @ (self.K + self.L)
         return self._replace(D=D, L=L, states=states, carried=R @ self.M)
 
 
@@ -145,7 +146,8 @@ class Equations:
     damping_weight = 1e9
 
     def __init__(self, system: System, values: Values, lane: int):
-        self.system, self.state = system, system.structure.state
+        self.system = system
+        self.state = system.structure.state
         self.values = map_tree(lambda rows: _copies(rows[:, lane]), values)
         self.work = WorkSpace.from_structure(system.structure)
         self.failure = np.zeros((4, WIDTH))  # of force laws, in the last evaluation
@@ -175,7 +177,8 @@ class Equations:
 
     def switched(self, z: np.ndarray) -> np.ndarray:
         """Return the state with the modes of laws, but not of contacts, that its gaps have."""
-        z, rows = z.copy(), rows_of_gaps.py_func(self.state)
+        z = z.copy()
+        rows = rows_of_gaps.py_func(self.state)
         self.loads(z[:, None])
         gaps = self.work.z[rows.value :][: rows.number, 0]
         modes = z[rows.mode :][: rows.number]
@@ -186,7 +189,8 @@ class Equations:
     @staticmethod
     def closed(system: System, z: np.ndarray) -> None:
         """Let contacts have the forces of their depth in these states, shape (rows, WIDTH)."""
-        kinds, rows = system.structure.laws.gap_kind, rows_of_gaps.py_func(system.structure.state)
+        kinds = system.structure.laws.gap_kind
+        rows = rows_of_gaps.py_func(system.structure.state)
         z[rows.mode :][: rows.number][np.isin(kinds, (GAP.length, GAP.angle))] = -MARK.at_rest
 
     def solved_states(self) -> np.ndarray:
@@ -216,7 +220,8 @@ class Equations:
         return self._square(self.values.mass)
 
     def _square(self, entries: np.ndarray) -> np.ndarray:
-        mass, count = self.system.structure.mass, self.state.coordinates
+        mass = self.system.structure.mass
+        count = self.state.coordinates
         M = np.zeros((count + 1, count + 1))
         M[mass.i, mass.j] = M[mass.j, mass.i] = entries[:, 0]
         return M[1:, 1:]
@@ -243,11 +248,13 @@ class Equations:
         That is of the largest reaction or load. Joints that switch hold if they are active, and
         clutches that turn one way always.
         """
-        z, friction = z.copy(), self.system.structure.friction
+        z = z.copy()
+        friction = self.system.structure.friction
         if not self.frictions:
             return np.zeros(0, dtype=bool)
         reactions = z[self.multipliers]
-        z[self.carried], z[self.senses] = reactions, MODE.free
+        z[self.carried] = reactions
+        z[self.senses] = MODE.free
         loads = self.loads(z[:, None])[:, 0]
         first = friction_rows.py_func(self.state).normal
         normal = self.work.z[first : first + self.frictions, 0]
@@ -275,7 +282,8 @@ class Equations:
 
     def jacobian(self, z: np.ndarray) -> np.ndarray:
         """Return Φ_q."""
-        n, last = self.state.coordinates, self.state.friction - 1
+        n = self.state.coordinates
+        last = self.state.friction - 1
         return self._matrix(z, 0.0)[n:last, :n]
 
     def sticking(self, z: np.ndarray) -> np.ndarray:
@@ -294,12 +302,15 @@ class Equations:
 
         Such a spring holds any force up to its tension, and none if it pushes.
         """
-        springs, vectors = self.system.structure.springs, self.system.structure.vectors
-        wrong, part = False, np.zeros(self.state.coordinates)
+        springs = self.system.structure.springs
+        vectors = self.system.structure.vectors
+        wrong = False
+        part = np.zeros(self.state.coordinates)
         for s in range(springs.translational):
             entries = slice(vectors.start[springs.vector[s]], vectors.start[springs.vector[s] + 1])
             columns = vectors.coordinate[entries]
-            x, y = self.values.vectors.x[entries, 0], self.values.vectors.y[entries, 0]
+            x = self.values.vectors.x[entries, 0]
+            y = self.values.vectors.y[entries, 0]
             d = np.array([x @ z[columns], y @ z[columns]])
             length = self.work.z[self.state.elongation + s, 0]
             tension = self.work.z[self.state.tension + s, 0]
@@ -350,13 +361,17 @@ class Equations:
 
     def linear(self, z: np.ndarray, spin: Spin) -> Linear:
         """Return the matrices about a state, in axes that turn with `spin`."""
-        n, M, smooth = self.state.coordinates, self.mass, z.copy()
+        n = self.state.coordinates
+        M = self.mass
+        smooth = z.copy()
         smooth[self.senses] = MODE.free  # friction is a load
         matrix = self._matrix(smooth, 0.0)
-        K, Phi = matrix[:n, :n], matrix[n : self.state.friction - 1, :n]
+        K = matrix[:n, :n]
+        Phi = matrix[n : self.state.friction - 1, :n]
         D = (self._matrix(smooth, self.damping_weight) - matrix)[:n, :n] / self.damping_weight
         by_place, by_rate = (part[:n] for part in self._load_derivatives(z, spin))
-        centrifugal, coriolis = spin.rate**2 * M, 2 * spin.rate * rotate_columns(M)
+        centrifugal = spin.rate**2 * M
+        coriolis = 2 * spin.rate * rotate_columns(M)
         L = -by_place - spin.rate * rotate_columns(by_rate)
         terms = np.abs(K) + np.abs(L) + np.abs(centrifugal)
         M = self._square(self.values.regular_mass)
@@ -365,7 +380,8 @@ class Equations:
 
     def _load_derivatives(self, z: np.ndarray, spin: Spin) -> tuple[np.ndarray, np.ndarray]:
         """Return the derivatives of the loads, and of the rates of laws' states, by q and v."""
-        n, structure = self.state.coordinates, self.system.structure
+        n = self.state.coordinates
+        structure = self.system.structure
         loaded = len(structure.forces.row) or len(structure.laws.address)
         if not (loaded or z[self.senses].any()):
             return np.zeros((n, n)), np.zeros((n, n))
@@ -401,11 +417,13 @@ class Equations:
 
     def _differences(self, z: np.ndarray, first: int, steps: np.ndarray) -> np.ndarray:
         """Return the derivatives of loads and rates by rows of z, four columns at a time."""
-        n, half = len(steps), WIDTH // 2
+        n = len(steps)
+        half = WIDTH // 2
         derivatives = np.zeros((self.state.coordinates + self.state_count, n))
         for begin in range(0, n, half):
             columns = np.arange(begin, min(begin + half, n))
-            place, lanes = first + columns, np.arange(len(columns))
+            place = first + columns
+            lanes = np.arange(len(columns))
             states = _copies(z)
             states[place, lanes] += steps[columns]
             states[place, half + lanes] -= steps[columns]

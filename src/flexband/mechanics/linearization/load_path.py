@@ -58,13 +58,18 @@ def snap_throughs(
     """
     if not (values.weight.any() or values.forces.any()):
         return
-    q, lanes = slice(1, 1 + system.structure.state.coordinates), np.arange(WIDTH)
-    first, last = np.zeros(WIDTH), np.ones(WIDTH)
+    q = slice(1, 1 + system.structure.state.coordinates)
+    lanes = np.arange(WIDTH)
+    first = np.zeros(WIDTH)
+    last = np.ones(WIDTH)
     unloaded, jumps = _settle(system, values, first, start)
-    before, jumps = unloaded, jumps & (failure[0] == 0)
+    before = unloaded
+    jumps = jumps & (failure[0] == 0)
     for k in range(search.rounds):
         parts = np.linspace(first, last, search.steps + 1)
-        rests, moves, sound = [before], np.zeros((search.steps, WIDTH)), np.ones(WIDTH, dtype=bool)
+        rests = [before]
+        moves = np.zeros((search.steps, WIDTH))
+        sound = np.ones(WIDTH, dtype=bool)
         for n, part in enumerate(parts[1:]):
             rest, settled = _settle(system, values, part, rests[-1])
             move = np.abs(values.inverse_scale[q] * (rest - rests[-1])[q]).max(axis=0)
@@ -76,7 +81,8 @@ def snap_throughs(
         if not jumps.any():
             return
         at = moves.argmax(axis=0)
-        first, last = parts[at, lanes], parts[at + 1, lanes]
+        first = parts[at, lanes]
+        last = parts[at + 1, lanes]
         before = np.stack(rests)[at, :, lanes].T
     for lane in np.flatnonzero(jumps & (first > 0)):
         soft = _lowest(system, raise_loads(values, first), before, int(lane))
@@ -95,7 +101,8 @@ def _settle(
     system: System, values: Values, part: np.ndarray, z: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the rests under parts of the loads near some states, and which samples have one."""
-    work, failure = WorkSpace.from_structure(system.structure), np.zeros((4, WIDTH))
+    work = WorkSpace.from_structure(system.structure)
+    failure = np.zeros((4, WIDTH))
     work.z[:] = z
     rows = np.empty((STATIC.iterations + 1, system.sensed, WIDTH))
     run(SETTLE, system, raise_loads(values, part), work, rows, failure)

@@ -50,7 +50,8 @@ def instantaneous(mechanism: Mechanism) -> list[str]:
     holds_start = any(joint.holds_start for joint in mechanism.joints.values())
     if mobility.degrees_of_freedom or holds_start:
         return []
-    state, names = mobility.system.structure.state, []
+    state = mobility.system.structure.state
+    names = []
     for name, sensor in mechanism.sensors.items():
         rows = {i for form in sensor.rows(mechanism.model) for key in form.terms for i in key[:2]}
         if all(i <= state.coordinates or state.angle <= i < state.velocity for i in rows):

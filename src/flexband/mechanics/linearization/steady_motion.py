@@ -93,14 +93,16 @@ def _on_way(
 ) -> tuple[Values, Driven, np.ndarray]:
     """Return numbers of samples at a time, how drives move, and z, assembled: rows of lanes."""
     packed = pack(system, time + step * np.arange(3), samples)
-    values, state = packed(0), system.structure.state
+    values = packed(0)
+    state = system.structure.state
     if not packed.schedule.is_regular:
         raise InputError(f"a function of time has a kink or a jump at about t = {time:g} s")
     values = values._replace(velocity=zeros(len(values.velocity)))
     states = []
     for k in range(3):
         first = k * system.structure.functions
-        functions, rates = values.functions[first:], values.rates[2 * first :]
+        functions = values.functions[first:]
+        rates = values.rates[2 * first :]
         work, failure = begin(system, values._replace(functions=functions, rates=rates))
         if failure[0, : len(samples)].any():
             raise InputError(f"the drives cannot go on until t = {time:g} s")
@@ -114,8 +116,11 @@ def _later(
     system: System, sample: int, balance: Balance, spin: Spin
 ) -> Iterator[tuple[Balance, float]]:
     """Yield balances at later times, and the angles by which their vectors have turned."""
-    equations, state, samples = balance.equations, system.structure.state, np.array([sample])
-    pace, rest = spin.pace(equations.size), equations.values.springs.rest
+    equations = balance.equations
+    state = system.structure.state
+    samples = np.array([sample])
+    pace = spin.pace(equations.size)
+    rest = equations.values.springs.rest
     if isinstance(spin, Driven):
         step = CHECKS.step / pace
         _, _, before = _on_way(system, samples, 0.0, step)

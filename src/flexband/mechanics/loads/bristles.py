@@ -96,4 +96,5 @@ def bristles(t, x, v, s, p, force, rate):
     level = kinetic + (static - kinetic) * math.exp(-((u / speed) ** 2))
     rate[0] = u - stiffness * abs(u) / level * s[0]
     F = stiffness * s[0] + damping * rate[0] + viscous * u
-    force[2, 0], force[2, 1] = -ax * F, -ay * F
+    force[2, 0] = -ax * F
+    force[2, 1] = -ay * F

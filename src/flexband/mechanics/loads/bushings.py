@@ -91,7 +91,8 @@ class Bushing(PairLoad):
 
 def bushing(t, x, v, p, force):
     """Fill in the forces of a `Bushing`."""
-    d, at = (x[2, 0] - p[18], x[2, 1] - p[19], x[2, 2] - p[20]), 21
+    d = (x[2, 0] - p[18], x[2, 1] - p[19], x[2, 2] - p[20])
+    at = 21
     for i in range(3):
         for j in range(3):
             force[2, i] -= p[3 * i + j] * d[j] + p[9 + 3 * i + j] * v[2, j]
@@ -118,7 +119,8 @@ def _matrix(name: str, given: ArrayLike | Sequence) -> list:
     for i, of in enumerate(NAMES):
         check_non_negative(f"{name} of {of}", rows[i][i])
         for j in range(i):
-            lower, upper = check_finite(name, rows[i][j]), check_finite(name, rows[j][i])
+            lower = check_finite(name, rows[i][j])
+            upper = check_finite(name, rows[j][i])
             if not np.allclose(lower, upper, rtol=1e-12, atol=0.0):
                 raise InputError(f"{name} must be symmetric; got {lower} and {upper}")
     return [entry for row in rows for entry in row]

@@ -93,8 +93,12 @@ class Characteristic:
 @compiled
 def read_table(p, at, x, v):
     """Return the force at x and v of a table whose `parameters` start at p[at], and their end."""
-    places, speeds, factor = int(p[at]), int(p[at + 1]), p[at + 2]
-    first, second, force = at + 3, at + 3 + places, 0.0
+    places = int(p[at])
+    speeds = int(p[at + 1])
+    factor = p[at + 2]
+    first = at + 3
+    second = at + 3 + places
+    force = 0.0
     coefficient = second + speeds
     for k in range(places):
         a = 1.0 if k == 0 else x - p[first + k - 1]

@@ -92,7 +92,8 @@ class _MemoryRows(NamedTuple):
     @staticmethod
     def from_shape(shape: LawShape) -> _MemoryRows:
         """Return the rows of a law."""
-        axes, events = AXES * shape.points, shape.events
+        axes = AXES * shape.points
+        events = shape.events
         sizes = [1 + shape.parameters, *[axes] * 3, *[shape.states] * 4, events, events]
         sizes += [(GAP_MEMORY - 2) * events, 1, axes, axes, axes * axes]
         return _MemoryRows(*accumulate(sizes))
@@ -102,7 +103,8 @@ def _compile(law: Law, shape: LawShape, kept: list) -> CompiledLaw:
     if shape.contact:
         code = cfunc("void(intp)", error_model="numpy")(law)
         return CompiledLaw(cast(int, code.address), (code, *kept))
-    dispatcher, done = _compile_with_checks(law, {}), []
+    dispatcher = _compile_with_checks(law, {})
+    done = []
     pairs = np.array(shape.lines, dtype=np.int64).reshape(-1, 3)
     report = _reporter(dispatcher, shape, pairs, done)
     code = cfunc(f"int64(float64{8 * ', CPointer(float64)'})", error_model="numpy")(
@@ -131,7 +133,9 @@ def _reporter(
         x, v, force = np.zeros((3, count, AXES))
         x[:points], v[:points] = column[at.x : at.force].reshape(2, points, AXES)
         add_lines.py_func(pairs, points, x, v)
-        y, p, rate = column[at.y : at.b], column[1 : at.x], np.zeros(shape.states)
+        y = column[at.y : at.b]
+        p = column[1 : at.x]
+        rate = np.zeros(shape.states)
         arguments = (x, v, y, p, force, rate) if shape.states else (x, v, p, force)
         gaps = np.zeros(shape.events)
         events = (column[at.mode : at.gap], gaps) if shape.events else ()
@@ -150,19 +154,26 @@ def every_lane(lanes, at, lines, law, report):  # noqa: PLR0912
     The memory has its forces, rates and gaps, or, where it is to be differentiated, its stiffness.
     Where all lanes are given the same, as for a single sample, the law is called for the first one.
     """
-    axes, states = at.v - at.x, at.b - at.y
+    axes = at.v - at.x
+    states = at.b - at.y
     points = axes // 3
     count = points + len(lines)
-    column, places = np.empty(at.end), np.empty((3, count, 3))
+    column = np.empty(at.end)
+    places = np.empty((3, count, 3))
     scratch = scratch_of(np.empty(scratch_size(states, axes)), states, axes)
-    x, v, force = places[0], places[1], places[2]
-    b, tau, mode = column[at.b : at.tau], column[at.tau : at.rate], column[at.mode : at.gap]
+    x = places[0]
+    v = places[1]
+    force = places[2]
+    b = column[at.b : at.tau]
+    tau = column[at.tau : at.rate]
+    mode = column[at.mode : at.gap]
     arrays = LawArrays(
         x, v, column[at.y : at.b], column[1 : at.x], force, column[at.rate : at.mode], mode,
         column[at.gap : at.gap_end],
     )  # fmt: skip
     stiffness = column[at.stiffness :]
-    nudge, pace = column[at.nudge : at.pace], column[at.pace : at.stiffness]
+    nudge = column[at.nudge : at.pace]
+    pace = column[at.pace : at.stiffness]
     differentiated = lanes[at.differentiated, 0] > 0.0
     first, last = (at.stiffness, at.end) if differentiated else (at.force, at.gap_end)
     different = 0
@@ -173,7 +184,8 @@ def every_lane(lanes, at, lines, law, report):  # noqa: PLR0912
                 different += lanes[k, lane] != lanes[k, 0]
     good = False
     for lane in range(WIDTH):
-        known, outcome = True, OUTCOME.ran
+        known = True
+        outcome = OUTCOME.ran
         if different > 0 or not good:
             outcome = OUTCOME.raised
             for k in range(at.stiffness):
@@ -185,7 +197,8 @@ def every_lane(lanes, at, lines, law, report):  # noqa: PLR0912
             for k in range(states):
                 known = known and np.isfinite(b[k])
             for k in range(axes):
-                x.flat[k], v.flat[k] = column[at.x + k], column[at.v + k]
+                x.flat[k] = column[at.x + k]
+                v.flat[k] = column[at.v + k]
             call = LawCall(law, column[0], points, lines, b, tau)
             if known:  # not after the run of this lane has failed
                 add_lines(lines, points, x, v)
@@ -209,11 +222,14 @@ def _one_sample(dispatcher: Dispatcher, shape: LawShape) -> Callable:
     """Return a function of the arrays of a law that Numba can compile as a C function."""
     parameters, states, events = shape[1:4]
     size = shape.points + len(shape.lines), AXES
-    stateful, switched = states > 0 and not events, events > 0 and not states
+    stateful = states > 0 and not events
+    switched = events > 0 and not states
     plain = not (states or events)
 
     def one_sample(t, x, v, s, p, force, rate, mode, gap):
-        x, v, p = carray(x, size), carray(v, size), carray(p, (parameters,))
+        x = carray(x, size)
+        v = carray(v, size)
+        p = carray(p, (parameters,))
         force = carray(force, size)
         try:
             if plain:  # Numba removes branches that are not taken
@@ -328,7 +344,8 @@ def _meanings(parts: Iterable[tuple], kept: list, within: Functions) -> Hashable
 
 def _read_by(function: FunctionType) -> tuple[tuple, ...]:
     """Return the names and values that a function reads from outside."""
-    known, keywords = function.__globals__, function.__kwdefaults__ or {}
+    known = function.__globals__
+    keywords = function.__kwdefaults__ or {}
     names = sorted(_names(function.__code__) & known.keys())
     read = [*((name, known[name]) for name in names), *_cells(function), *keywords.items()]
     return *read, ("defaults", function.__defaults__ or ())
@@ -341,7 +358,8 @@ def _compile_with_checks(law, done: dict[int, Dispatcher]) -> Dispatcher:
     options: dict = {"error_model": "numpy"}
     function = law
     if isinstance(law, Dispatcher):
-        function, options = law.py_func, {**law.targetoptions}
+        function = law.py_func
+        options = {**law.targetoptions}
     if not isinstance(function, FunctionType):
         raise TypeError("it is not a Python function")
 
@@ -352,9 +370,11 @@ def _compile_with_checks(law, done: dict[int, Dispatcher]) -> Dispatcher:
     known = {n: replaced(v) for n, v in function.__globals__.items() if n in reads}
     cells = {n: CellType(replaced(v)) for n, v in _cells(function)}
     closure = tuple(cells.get(n, CellType()) for n in function.__code__.co_freevars)
-    name, defaults = function.__name__, function.__defaults__
+    name = function.__name__
+    defaults = function.__defaults__
     copy = FunctionType(function.__code__, known, name, defaults, closure)
-    copy.__kwdefaults__, copy.__module__ = function.__kwdefaults__, function.__module__
+    copy.__kwdefaults__ = function.__kwdefaults__
+    copy.__module__ = function.__module__
     options = {k: v for k, v in options.items() if k not in ("nopython", "boundscheck", "cache")}
     done[id(law)] = njit(**options, boundscheck=True)(copy)
     return done[id(law)]

@@ -78,7 +78,8 @@ class ContactLoad(PairLoad):
         raise NotImplementedError
 
     def enters(self, model: LoadModel) -> Entries:
-        first, second = model.frame(self.first), model.frame(self.second)
+        first = model.frame(self.first)
+        second = model.frame(self.second)
         contacts = self.contacts(first, second)
         return contact_entries(contacts, first, second, closed_at_start=self.closed_at_start)
 
@@ -128,7 +129,8 @@ class Contact(ContactLoad):
         if self.geometry.second_must_be_rigid:
             straight(f"Contact of a {type(self.geometry).__name__}", second)
         friction = friction_entry(self.friction, partial(self.geometry.travel, first, second))
-        kernel, parameters = type(self.geometry).kernel, self.geometry.parameters
+        kernel = type(self.geometry).kernel
+        parameters = self.geometry.parameters
         return [pair_contact(kernel, self.law, *parameters, friction=friction)]
 
 

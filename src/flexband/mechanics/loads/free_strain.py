@@ -170,7 +170,9 @@ class FreeCurvature(_Free):
         member, curvatures = self._along(model, "curvature [1/m]", self.curvature, GAUSS)
         strains = []
         for element, (first, second) in enumerate(curvatures):
-            length, straight = member.length_of(element), [Form({})] * len(AXIAL)
-            angle, change = (first + second) * (0.5 * length), (second - first) * length
+            length = member.length_of(element)
+            straight = [Form({})] * len(AXIAL)
+            angle = (first + second) * (0.5 * length)
+            change = (second - first) * length
             strains.append([*straight, angle, change])
         return Entries(strains=[FreeStrainEntry(self.member, strains)])

@@ -36,32 +36,49 @@ def check_lines(name: str, lines: Sequence[tuple[int, int]], points: int) -> Non
 def add_lines(lines, points, x, v):
     """Add the rows of lines to x and v, behind those of points."""
     for n in range(len(lines)):
-        i, j, row = lines[n, 0], lines[n, 1], points + n
-        dx, dy = x[i, 0] - x[j, 0], x[i, 1] - x[j, 1]
-        du, dv = v[i, 0] - v[j, 0], v[i, 1] - v[j, 1]
-        x[row, 2], v[row, 2] = x[i, 2] - x[j, 2], v[i, 2] - v[j, 2]
+        i = lines[n, 0]
+        j = lines[n, 1]
+        row = points + n
+        dx = x[i, 0] - x[j, 0]
+        dy = x[i, 1] - x[j, 1]
+        du = v[i, 0] - v[j, 0]
+        dv = v[i, 1] - v[j, 1]
+        x[row, 2] = x[i, 2] - x[j, 2]
+        v[row, 2] = v[i, 2] - v[j, 2]
         if lines[n, 2]:
-            c, s, w = np.cos(x[j, 2]), np.sin(x[j, 2]), v[j, 2]
-            x[row, 0], x[row, 1] = c * dx + s * dy, c * dy - s * dx
-            v[row, 0], v[row, 1] = c * du + s * dv + w * x[row, 1], c * dv - s * du - w * x[row, 0]
+            c = np.cos(x[j, 2])
+            s = np.sin(x[j, 2])
+            w = v[j, 2]
+            x[row, 0] = c * dx + s * dy
+            x[row, 1] = c * dy - s * dx
+            v[row, 0] = c * du + s * dv + w * x[row, 1]
+            v[row, 1] = c * dv - s * du - w * x[row, 0]
         else:
-            x[row, 0], x[row, 1] = np.sqrt(dx * dx + dy * dy), 0.0
-            v[row, 0], v[row, 1] = (dx * du + dy * dv) / max(x[row, 0], 1e-300), 0.0
+            x[row, 0] = np.sqrt(dx * dx + dy * dy)
+            x[row, 1] = 0.0
+            v[row, 0] = (dx * du + dy * dv) / max(x[row, 0], 1e-300)
+            v[row, 1] = 0.0
 
 
 @compiled
 def pass_on(lines, points, x, force):
     """Add the forces of lines to those of their points."""
     for n in range(len(lines)):
-        i, j, row = lines[n, 0], lines[n, 1], points + n
-        dx, dy = x[i, 0] - x[j, 0], x[i, 1] - x[j, 1]
+        i = lines[n, 0]
+        j = lines[n, 1]
+        row = points + n
+        dx = x[i, 0] - x[j, 0]
+        dy = x[i, 1] - x[j, 1]
         if lines[n, 2]:
-            c, s = np.cos(x[j, 2]), np.sin(x[j, 2])
-            fx, fy = c * force[row, 0] - s * force[row, 1], s * force[row, 0] + c * force[row, 1]
+            c = np.cos(x[j, 2])
+            s = np.sin(x[j, 2])
+            fx = c * force[row, 0] - s * force[row, 1]
+            fy = s * force[row, 0] + c * force[row, 1]
             force[j, 2] -= dx * fy - dy * fx
         else:
             push = force[row, 0] / max(x[row, 0], 1e-300)
-            fx, fy = push * dx, push * dy
+            fx = push * dx
+            fy = push * dy
         force[i, 0] += fx
         force[i, 1] += fy
         force[i, 2] += force[row, 2]

@@ -104,7 +104,9 @@ class Force(_PointLoad):
 
     def enters(self, model: LoadModel) -> Entries:
         """Return F · ∂r/∂q."""
-        frame, x, y = model.frame(self.point), in_time("x", self.x), in_time("y", self.y)
+        frame = model.frame(self.point)
+        x = in_time("x", self.x)
+        y = in_time("y", self.y)
         if self.following and not frame.rigid:
             return Entries(following=[FollowingEntry(frame.position, section_normal(frame), x, y)])
         force = frame.direction(x, y) if self.following else (x, y)
@@ -136,7 +138,8 @@ class Moment(_PointLoad):
 
     def enters(self, model: LoadModel) -> Entries:
         """Return M ∂θ/∂q."""
-        value, frame = in_time("moment", self.moment), model.frame(self.point)
+        value = in_time("moment", self.moment)
+        frame = model.frame(self.point)
         if not moves(section_normal(frame)):
             raise InputError(f"a Moment acts on a body that rotates; {self.point!r} does not")
         if frame.rigid:

@@ -125,7 +125,9 @@ def call_report(typingctx, address, lanes, lane, outcome):
 @compiled
 def scratch_of(memory, states, axes):
     """Return the `Scratch` of a law in an array of `scratch_size` numbers."""
-    n, square, both = states, states * states, states * axes
+    n = states
+    square = states * states
+    both = states * axes
     first = 6 * n
     return Scratch(
         memory[:n], memory[n : 2 * n], memory[2 * n : 3 * n], memory[3 * n : 4 * n],
@@ -169,11 +171,14 @@ def size_of(call, arrays, k):
 @compiled
 def differentiate(call, arrays, scratch):
     """Fill the derivatives of the rest by the states; return whether the law raised no error."""
-    ran, y, J = True, arrays.y, scratch.jacobian
+    ran = True
+    y = arrays.y
+    J = scratch.jacobian
     for k in range(len(y)):
         scratch.size[k] = size_of(call, arrays, k)
     for k in range(len(y)):
-        before, size = y[k], scratch.size[k]
+        before = y[k]
+        size = scratch.size[k]
         y[k] = before + (SOLVER.difference * size if size > 0.0 else SOLVER.difference)
         width = y[k] - before
         ran = evaluate(call, arrays, scratch.other) and ran
@@ -189,9 +194,14 @@ def solve(call, arrays, scratch):  # noqa: PLR0911, PLR0912
 
     Derivatives serve for the next correction too where those before show that it will do.
     """
-    y, states = arrays.y, len(arrays.y)
-    rest, move, before, size = scratch.rest, scratch.move, scratch.before, scratch.size
-    last, fresh = np.inf, True
+    y = arrays.y
+    states = len(arrays.y)
+    rest = scratch.rest
+    move = scratch.move
+    before = scratch.before
+    size = scratch.size
+    last = np.inf
+    fresh = True
     if not evaluate(call, arrays, rest):
         return OUTCOME.raised
     for _ in range(SOLVER.iterations):
@@ -209,7 +219,8 @@ def solve(call, arrays, scratch):  # noqa: PLR0911, PLR0912
                     part = abs(scratch.jacobian[i * states + k]) * size[k]
                     scratch.weight[i] = max(part, scratch.weight[i])
         for i in range(states):
-            before[i], move[i] = y[i], -rest[i]
+            before[i] = y[i]
+            move[i] = -rest[i]
         excess = largest(rest, scratch.weight)
         eliminate(scratch, move)
         part = 1.0
@@ -244,13 +255,20 @@ def fill_stiffness(call, arrays, nudge, pace, stiffness, scratch):  # noqa: PLR0
     `stiffness` is (3 points, 3 points), row by row. Derivatives are central differences of x by
     `nudge` and, at once, of v by `pace`; an axis whose nudge is 0 does not move.
     """
-    x, v, y, force = arrays.x, arrays.v, arrays.y, arrays.force
-    axes, states, ran = len(nudge), len(y), True
-    by_axis, by_state = scratch.by_axis, scratch.by_state
+    x = arrays.x
+    v = arrays.v
+    y = arrays.y
+    force = arrays.force
+    axes = len(nudge)
+    states = len(y)
+    ran = True
+    by_axis = scratch.by_axis
+    by_state = scratch.by_state
     for k in range(states):
         scratch.size[k] = size_of(call, arrays, k)
     for j in range(axes):
-        place, speed = x.flat[j], v.flat[j]
+        place = x.flat[j]
+        speed = v.flat[j]
         for i in range(axes):
             stiffness[i * axes + j] = 0.0
         for k in range(states):
@@ -258,7 +276,8 @@ def fill_stiffness(call, arrays, nudge, pace, stiffness, scratch):  # noqa: PLR0
         if nudge[j] == 0.0:
             continue
         for sign in (1.0, -1.0):
-            x.flat[j], v.flat[j] = place + sign * nudge[j], speed + sign * pace[j]
+            x.flat[j] = place + sign * nudge[j]
+            v.flat[j] = speed + sign * pace[j]
             add_lines(call.lines, call.points, x, v)
             ran = evaluate(call, arrays, scratch.rest) and ran
             pass_on(call.lines, call.points, x, force)
@@ -266,14 +285,16 @@ def fill_stiffness(call, arrays, nudge, pace, stiffness, scratch):  # noqa: PLR0
                 stiffness[i * axes + j] -= (0.5 * sign) * force.flat[i] / nudge[j]
             for k in range(states):
                 by_axis[k * axes + j] += (0.5 * sign) * scratch.rest[k] / nudge[j]
-        x.flat[j], v.flat[j] = place, speed
+        x.flat[j] = place
+        v.flat[j] = speed
     add_lines(call.lines, call.points, x, v)
     for k in range(states):
         for i in range(axes):
             by_state[i * states + k] = 0.0
         for i in range(states):
             scratch.jacobian[i * states + k] = 0.0
-        before, size = y[k], scratch.size[k]
+        before = y[k]
+        size = scratch.size[k]
         width = SOLVER.difference * size if size > 0.0 else SOLVER.difference
         for sign in (1.0, -1.0):
             y[k] = before + sign * width
@@ -309,7 +330,8 @@ def largest(values, sizes):
 @compiled
 def eliminate(scratch, x):
     """Replace x by the solution of jacobian @ solution = x, by elimination with exchanged rows."""
-    n, matrix = len(x), scratch.factors
+    n = len(x)
+    matrix = scratch.factors
     for i in range(n):
         for j in range(n):
             matrix[i * n + j] = scratch.jacobian[i * n + j]

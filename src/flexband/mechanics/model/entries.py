@@ -21,7 +21,8 @@ def entries_of(
         name: name_errors(f"load {name!r}", enter_load, load, model) for name, load in loads.items()
     }
     for name, joint in joints.items():
-        contacts, compliances = joint.contacts(model.frame), joint.compliances(model.frame)
+        contacts = joint.contacts(model.frame)
+        compliances = joint.compliances(model.frame)
         if name in entries and (contacts or compliances or entries[name].frictions):
             raise InputError(
                 f"joint {name!r} must not have the name of a load, since one of them has "

@@ -102,14 +102,16 @@ class EquationForms(PartRows):
         Those of springs and force laws are left out. Raise `InputError` if one acts on anything
         else.
         """
-        entries, state = self.entries[load], self.state
+        entries = self.entries[load]
+        state = self.state
         for j in entries.forces:
             if not (0 < j <= state.coordinates or state.angle <= j < state.sensor_angle):
                 raise InputError(
                     f"load {load!r}: forces must act on coordinates, rows 1 to {state.coordinates} "
                     f"of z, or on angles; got a force on row {j}"
                 )
-        force, before = dict(entries.forces), self._before(load, "moments")
+        force = dict(entries.forces)
+        before = self._before(load, "moments")
         first = state.sensor_angle - len(self.moments) + before
         for k, entry in enumerate(entries.moments):
             force[first + k] = force.get(first + k, Form({})) + entry.moment
@@ -123,7 +125,8 @@ class EquationForms(PartRows):
 
     def _law_rows(self, part: str) -> list[int]:
         """Return the row of z with the first force of each law of a part."""
-        before, laws = self._before(part, "laws"), self.entries[part].laws
+        before = self._before(part, "laws")
+        laws = self.entries[part].laws
         points = itertools.accumulate((len(law.points) for law in laws), initial=0)
         row = self.state.law + AXES * sum(len(law.points) for law in self.laws[:before])
         return [row + AXES * point for point in points][: len(laws)]
@@ -154,8 +157,10 @@ class EquationForms(PartRows):
         """Return the contacts of a load or joint."""
         owners = [name for name, _ in self.contact_laws]
         within("part with contacts", part, dict.fromkeys(owners))
-        number, law = owners.count(part), self._before(part, "laws")
-        rows, gaps = rows_of_gaps.py_func(self.state), self._gaps_of(part)
+        number = owners.count(part)
+        law = self._before(part, "laws")
+        rows = rows_of_gaps.py_func(self.state)
+        gaps = self._gaps_of(part)
         return [
             ContactRows(
                 *(Form.variable(first + gaps[n]) for first in rows[1:6]),
@@ -167,7 +172,8 @@ class EquationForms(PartRows):
     @cached_property
     def polars(self) -> dict[int, list[Polar]]:
         """The terms of each row of z that is an angle or an elongation, which is their sum."""
-        rows, unit = self.rows_with_multipliers, np.asarray(1.0)
+        rows = self.rows_with_multipliers
+        unit = np.asarray(1.0)
         angles = [polar._replace(c=unit, f=None) for row in rows for polar in row.polar]
         turns = [[angle.vector for angle in spring.angles] for _, spring in self.springs]
         turns += [[section_normal(frame) for frame in law.points] for law in self.laws]

@@ -25,12 +25,14 @@ class Frames:
     """The bodies of a mechanism as consecutive rows of z, and the frames of their points."""
 
     def __init__(self, bodies: Mapping[str, Body], branches: Mapping[str, ArrayLike]):
-        self.bodies, self.branches = bodies, branches
+        self.bodies = bodies
+        self.branches = branches
 
     @cached_property
     def first_coordinates(self) -> dict[str, int]:
         """The row of z where the coordinates of each body start."""
-        first, rows = 1, {}
+        first = 1
+        rows = {}
         for name, body in self.bodies.items():
             rows[name] = first
             first += body.size
@@ -116,7 +118,8 @@ class Frames:
 
         Components that are left out are 0.
         """
-        forms, rows = [Form.constant(a) for a in components], self.places[:, : len(components)]
+        forms = [Form.constant(a) for a in components]
+        rows = self.places[:, : len(components)]
         g = {row: form for place in rows.tolist() for row, form in zip(place, forms, strict=True)}
         force: GeneralizedForce = {}
         for (i, j), value in self.mass.items():

@@ -89,7 +89,8 @@ class Mechanism:
             model.forces(name)
         check_outputs(model.outputs)
         for name, sensor in self.sensors.items():
-            rows, count = name_errors(f"sensor {name!r}", sensor.rows, model), len(model.watched)
+            rows = name_errors(f"sensor {name!r}", sensor.rows, model)
+            count = len(model.watched)
             name_errors(f"sensor {name!r}", check_forms, "rows", rows, model.state.rows + count)
 
     def _divided(self) -> dict[str, Body]:
@@ -122,7 +123,8 @@ class Mechanism:
             return
         (owner,) = owners
         body = self.bodies.get(owner)
-        text, kind = " and ".join(map(value_text, points)), with_article(type(joint).__name__)
+        text = " and ".join(map(value_text, points))
+        kind = with_article(type(joint).__name__)
         if not owner:
             raise InputError(f"its points {text} are both of the ground; one must be of a body")
         if body is not None and (len(body.nodes) == 1 or len(set(points)) == 1):

@@ -115,7 +115,8 @@ class Model(EquationForms):
 
     def switching_losses(self, joint: str) -> list[Form]:
         """Return the energies that the rows of a joint that switches have taken so far."""
-        count, owners = len(self.frictions), [name for name, f in self.frictions if f.active]
+        count = len(self.frictions)
+        owners = [name for name, f in self.frictions if f.active]
         within("joint that switches", joint, dict.fromkeys(owners))
         rows = [k for k, (name, f) in enumerate(self.frictions) if f.active and name == joint]
         return [Form.variable(self.state.sliding + 4 * count + k) for k in rows]

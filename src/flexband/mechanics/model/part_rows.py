@@ -43,7 +43,9 @@ class PartRows(Frames):
         branches: Mapping[str, ArrayLike],
     ):
         super().__init__(bodies, branches)
-        self.joints, self.loads, self.sensors = joints, loads, sensors
+        self.joints = joints
+        self.loads = loads
+        self.sensors = sensors
 
     @cached_property
     def state(self) -> State:
@@ -75,7 +77,8 @@ class PartRows(Frames):
 
     def at_guess(self, form: Form) -> np.ndarray:
         """Return the value of a form in the guess, with angles on the turn that is drawn."""
-        guess, turns = list(self.guess), []
+        guess = list(self.guess)
+        turns = []
         for polar in form.polar:
             x, y = (part.at(guess) for part in polar.vector)
             angle = nearest(np.arctan2(y, x), self.drawn(polar.vector))

@@ -32,6 +32,7 @@ def turn_between(before: np.ndarray, after: np.ndarray) -> np.ndarray:
 def rotation(turn: np.ndarray) -> np.ndarray:
     """Return the matrices, (components, components, lanes), of turns (1 or 3, lanes)."""
     if len(turn) == 1:
-        cosine, sine = np.cos(turn[0]), np.sin(turn[0])
+        cosine = np.cos(turn[0])
+        sine = np.sin(turn[0])
         return np.array([[cosine, -sine], [sine, cosine]])
     return Rotation.from_rotvec(turn.T).as_matrix().transpose(1, 2, 0)

@@ -17,7 +17,8 @@ def warn_of_windings(model: Model) -> None:
         if rest is None:
             continue
         first, second = (model.drawn(section_normal(model.frame(point))) for point in load.points)
-        apart, twist = np.subtract(first, second), np.subtract(first, second) - rest
+        apart = np.subtract(first, second)
+        twist = np.subtract(first, second) - rest
         if np.any((np.abs(apart) > np.pi) & (np.abs(twist) > np.pi)):
             largest = np.ravel(twist)[np.argmax(np.abs(twist))]
             warn(

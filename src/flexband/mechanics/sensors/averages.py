@@ -66,7 +66,8 @@ class Average(OfSensor):
         integrals, values = np.split(np.array(both), 2)
         averages = np.empty_like(integrals)
         for lane, t in enumerate(time.T):
-            integral, value = integrals[..., lane], values[..., lane]
+            integral = integrals[..., lane]
+            value = values[..., lane]
             if self.length is None:
                 first, last = self.times
                 end = int(np.argmax(t))  # rows of a sample that failed are zero after it

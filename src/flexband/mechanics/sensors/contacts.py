@@ -133,7 +133,8 @@ class Contacts(OverSteps):
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
         """Return the sums of numbers and energies, the first of all instants, the largest force."""
         contacts = rows.reshape(-1, self.first + 3, *rows.shape[1:])
-        number, energy = contacts[:, 0].sum(axis=0), contacts[:, -1].sum(axis=0)
+        number = contacts[:, 0].sum(axis=0)
+        energy = contacts[:, -1].sum(axis=0)
         instants = contacts[:, 1:-2].reshape(-1, *rows.shape[1:])
         instants = np.sort(instants, axis=0)[: self.first]  # NaN are last
         return np.stack([number, *instants, np.fmax.reduce(contacts[:, -2]), energy])

@@ -25,7 +25,8 @@ class KineticEnergy(_Energy):
     """The kinetic energy ½ vᵀ M v of all bodies [J]."""
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
-        row, mass = model.state.velocity, model.mass
+        row = model.state.velocity
+        mass = model.mass
         return [
             Form({(row + i, row + j, None): (0.5 if i == j else 1.0) * m
                   for (i, j), m in mass.items()})
@@ -130,14 +131,17 @@ class Power(Sensor):
         return rows
 
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
-        given, power = iter(rows), np.zeros((1, *rows.shape[1:]))
+        given = iter(rows)
+        power = np.zeros((1, *rows.shape[1:]))
         for _, moved in model.generalized_force(self.part):
-            force, terms = next(given), _polars(moved, model)
+            force = next(given)
+            terms = _polars(moved, model)
             vectors = [(next(given), next(given)) for _ in terms]
             if not terms:
                 power += force * next(given)
             for polar, (x, y) in zip(terms, vectors, strict=True):
-                u, v = next(given), next(given)
+                u = next(given)
+                v = next(given)
                 size = np.hypot(x, y) + 1e-100
                 rate = (x * u + y * v) / size if polar.length else (x * v - y * u) / size**2
                 power += force * polar.c * rate

@@ -70,7 +70,8 @@ class OfSensor(OverSteps):
 
     def watched(self, model: SensorModel) -> Sequence[tuple[Form, int]]:
         if self.sensor.derives(model):
-            kind, default = type(self.sensor).__name__, "its values at the times of the result"
+            kind = type(self.sensor).__name__
+            default = "its values at the times of the result"
             raise InputError(
                 f"{with_article(type(self).__name__)} cannot follow this {kind} at every step, "
                 f"since it is computed from several numbers; {self.sensor.in_place or default} "

@@ -224,5 +224,6 @@ class Deflection(Sensor):
 
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
         ax, ay, x, y, bx, by = rows
-        chord_x, chord_y = bx - ax, by - ay
+        chord_x = bx - ax
+        chord_y = by - ay
         return ((chord_x * (y - ay) - chord_y * (x - ax)) / np.hypot(chord_x, chord_y))[None]

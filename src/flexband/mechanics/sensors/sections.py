@@ -40,7 +40,8 @@ class LocalSensor(Sensor):
     def rows(self, model: SensorModel) -> Sequence[Form]:
         """Return the element's coordinates, inertia forces, length, first strains and numbers."""
         member, first, element, xi = self._located(model)
-        first, at = first + int(member.element_rows[element]), np.array([element + xi])
+        first = first + int(member.element_rows[element])
+        at = np.array([element + xi])
 
         def along(name: str, value: Property, check: Callable) -> np.ndarray:
             return member.evaluated(at, name, value, check)[:, 0]

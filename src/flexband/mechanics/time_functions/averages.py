@@ -35,10 +35,12 @@ class ChordMiss(NamedTuple):
         at: Evaluation, times: np.ndarray, values: np.ndarray, search: BreakpointSearch
     ) -> ChordMiss:
         """Look at a function with these values at equidistant times [s]."""
-        steps, h = len(times) - 1, times[1] - times[0]
+        steps = len(times) - 1
+        h = times[1] - times[0]
         per = search.points_in_step(at, steps)
         count = max(1, search.points_at_once // (per * values.shape[1]))
-        low, high = values.min(axis=0), values.max(axis=0)
+        low = values.min(axis=0)
+        high = values.max(axis=0)
         chord, half_chord, beyond = np.zeros((3, steps, values.shape[1]))
         part = np.arange(per)[:, None] / per
         for first in range(0, steps, count):
@@ -46,19 +48,23 @@ class ChordMiss(NamedTuple):
             number = block.stop - block.start
             inner = (times[block, None] + h * part[:, 0]).ravel()
             f = at(inner).reshape(number, per, -1)
-            low, high = np.minimum(low, f.min(axis=(0, 1))), np.maximum(high, f.max(axis=(0, 1)))
-            starts, ends = values[:-1][block, None], values[1:][block, None]
+            low = np.minimum(low, f.min(axis=(0, 1)))
+            high = np.maximum(high, f.max(axis=(0, 1)))
+            starts = values[:-1][block, None]
+            ends = values[1:][block, None]
             beyond[block] = np.maximum(
                 f.max(axis=1) - np.maximum(starts, ends)[:, 0],
                 np.minimum(starts, ends)[:, 0] - f.min(axis=1),
             )
-            middle, half = f[:, per // 2, None], 2 * part[: per // 2]
+            middle = f[:, per // 2, None]
+            half = 2 * part[: per // 2]
             chord[block] = np.abs(f - (starts + part * (ends - starts))).max(axis=1)
             half_chord[block] = np.maximum(
                 np.abs(f[:, : per // 2] - (starts + half * (middle - starts))).max(axis=1),
                 np.abs(f[:, per // 2 :] - (middle + half * (ends - middle))).max(axis=1),
             )
-        spread, largest = np.maximum(high - low, 1e-300), np.maximum(high, -low)
+        spread = np.maximum(high - low, 1e-300)
+        largest = np.maximum(high, -low)
         return ChordMiss(chord, half_chord, beyond, spread, largest)
 
 
@@ -110,7 +116,8 @@ class Averaging:
         peaks = np.where(rough, missed.beyond / missed.spread, 0.0)
         if peaks.max() > self.min_miss:
             self._warn(at, times, peaks)
-        steps, h = len(times) - 1, times[1] - times[0]
+        steps = len(times) - 1
+        h = times[1] - times[0]
         ends = np.zeros(values.shape, dtype=bool)
         ends[:-1] |= rough
         ends[1:] |= rough
@@ -146,7 +153,8 @@ class Averaging:
 
     def _frequency(self, at: Evaluation, times: np.ndarray, step: int, column: int) -> float:
         """Return the frequency that a function has most of around a step [Hz]."""
-        h, count = times[1] - times[0], self.frequency_points
+        h = times[1] - times[0]
+        count = self.frequency_points
         window = np.arange(max(0, step - 32), min(len(times) - 1, step + 32))
         inner = (times[window, None] + h * np.arange(count) / count).ravel()
         f = at(inner)[:, column]
@@ -155,7 +163,8 @@ class Averaging:
 
     def _warn(self, at: Evaluation, times: np.ndarray, peaks: np.ndarray) -> None:
         step, column = np.unravel_index(np.argmax(peaks), peaks.shape)
-        h, name = times[1] - times[0], function_text(at.function)
+        h = times[1] - times[0]
+        name = function_text(at.function)
         text = f"{name} changes within the step at t = {times[step]:.4g} s"
         if (peaks[:, column] > 0).mean() > 0.5:
             text = f"{name} has about {self._frequency(at, times, int(step), int(column)):.3g} Hz"
@@ -183,13 +192,16 @@ def divisions(
     `points` on each part of a step tell how far it is from its chord, relative to its range;
     `max_divided` is the part of the steps up to which those that miss little are divided.
     """
-    h, last = times[1] - times[0], len(times) - 2
+    h = times[1] - times[0]
+    last = len(times) - 2
     at_break = np.clip(((located.after - times[0]) / h).astype(int), 0, last)
     looked_at = averaging.noticed(missed)
     looked_at[at_break, located.column] = True
     steps, columns = np.nonzero(looked_at)
-    step, column = np.r_[steps, at_break], np.r_[columns, located.column]
-    before, low = np.r_[times[steps], located.before], np.r_[times[steps], located.after]
+    step = np.r_[steps, at_break]
+    column = np.r_[columns, located.column]
+    before = np.r_[times[steps], located.before]
+    low = np.r_[times[steps], located.after]
     order = np.lexsort((low, step, column))
     step, column, before, low = (array[order] for array in (step, column, before, low))
     high = times[step + 1]

@@ -113,8 +113,10 @@ class BreakpointSearch:
         `scale`, or of rounding of its `largest` value, do not count, nor more breakpoints than
         steps.
         """
-        h, per = times[1] - times[0], self.points_in_step(at, len(times) - 1)
-        spacing, noise = h / per, ROUNDING * largest
+        h = times[1] - times[0]
+        per = self.points_in_step(at, len(times) - 1)
+        spacing = h / per
+        noise = ROUNDING * largest
         if at.stated is not None:
             return self._stated(at, times, scale, at.stated, spacing)
         smallest = np.maximum(self.min_change * scale, noise)
@@ -146,7 +148,8 @@ class BreakpointSearch:
         steps = len(times) - 1
         per = min(self.curvature_points, self.points_in_step(at, steps))
         rounding_of_sums = 64 * ROUNDING  # of third differences: values may be sums of larger ones
-        spacing, noise = (times[1] - times[0]) / per, rounding_of_sums * largest
+        spacing = (times[1] - times[0]) / per
+        noise = rounding_of_sums * largest
         smallest = np.maximum(self.min_change * curvature * spacing**2, noise)
         everywhere = np.ones((steps, at.columns), dtype=bool)
         column, centre = self._suspected(at, times, everywhere, smallest, per, order=3)
@@ -172,7 +175,8 @@ class BreakpointSearch:
         """Return columns and times of differences that stand out on `per` intervals per step."""
         spacing = (times[1] - times[0]) / per
         steps = np.flatnonzero(noticed.any(axis=1))
-        columns, centres = [np.zeros(0, dtype=int)], [np.zeros(0)]
+        columns = [np.zeros(0, dtype=int)]
+        centres = [np.zeros(0)]
         count = max(1, self.points_at_once // ((per + 4) * at.columns))
         for first in range(0, len(steps), count):
             block = steps[first : first + count]
@@ -181,11 +185,13 @@ class BreakpointSearch:
             f = at(np.minimum(grid, times[-1]).ravel()).reshape(*grid.shape, -1)
             f = f.transpose(0, 2, 1).reshape(-1, grid.shape[1])
             row, place = self._spikes(f, np.tile(smallest, len(block)), order)
-            step, column = block[row // at.columns], row % at.columns
+            step = block[row // at.columns]
+            column = row % at.columns
             chosen = noticed[step, column]
             columns.append(column[chosen])
             centres.append(grid[row // at.columns, place][chosen])
-        column, centre = np.concatenate(columns), np.concatenate(centres)
+        column = np.concatenate(columns)
+        centre = np.concatenate(centres)
         chosen = few(column, at.columns, self.max_per_step * (len(times) - 1))[column]
         return column[chosen], centre[chosen]
 
@@ -214,7 +220,8 @@ class BreakpointSearch:
         """Return the kinks and jumps between two times each, from differences of an order."""
         rounding_of_time = 8 * np.finfo(float).eps  # a function changes by its rate times this
         sizes = np.zeros((self.levels, len(column)))
-        before, after = before.copy(), after.copy()
+        before = before.copy()
+        after = after.copy()
         going = np.ones(len(column), dtype=bool)
         for level in range(self.levels):
             k = np.flatnonzero(going)
@@ -230,8 +237,10 @@ class BreakpointSearch:
                 noise[column[k]], late * np.abs(np.diff(f, axis=1)).max(axis=1)
             )
             sizes[level, k] = np.where(mask, size, 0.0)
-            narrower, row = k[mask], np.flatnonzero(mask)
-            before[narrower], after[narrower] = x[row, place[row]], x[row, place[row] + order]
+            narrower = k[mask]
+            row = np.flatnonzero(mask)
+            before[narrower] = x[row, place[row]]
+            after[narrower] = x[row, place[row] + order]
             wide = after[k] - before[k] > ROUNDING * np.maximum(
                 np.abs(after[k]), after[k] - x[:, 0]
             )
@@ -239,7 +248,8 @@ class BreakpointSearch:
         levels = np.count_nonzero(sizes, axis=0)
         first = np.maximum(levels - self.latest_levels, 0)
         k = np.flatnonzero(levels > 1)
-        first, last = first[k], levels[k] - 1
+        first = first[k]
+        last = levels[k] - 1
         fall = np.log(sizes[first, k] / sizes[last, k])
         power = fall / (np.log(self.parts / order) * (last - first))
         narrowed = Breakpoints(column[k], before[k], after[k], power)

@@ -34,7 +34,8 @@ def derivatives(
 
 def _differences(values: np.ndarray, apart: int) -> np.ndarray:
     """Return f′ and f″ from values so far apart, in units of their distance."""
-    last, count = len(values) - 1, (len(values) + 1) // 2
+    last = len(values) - 1
+    count = (len(values) + 1) // 2
     differences = np.empty((count, 2, values.shape[1]))
     places = 2 * np.arange(count)
     inner = (places >= 2 * apart) & (places <= last - 2 * apart)

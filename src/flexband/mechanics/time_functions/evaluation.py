@@ -23,7 +23,8 @@ class Evaluation:
     def __init__(
         self, function: TimeFunction, columns: int, times: np.ndarray, *, rounding: float = 1e-12
     ):
-        self.function, self.columns = function, columns
+        self.function = function
+        self.columns = columns
         stated = getattr(function, "breakpoints", None)
         self.stated = None if stated is None else np.asarray(stated, dtype=float)
         probes = times[0] + (times[-1] - times[0]) * np.array([0.0, 0.11, 0.37, 0.83, 1.0])
@@ -101,7 +102,8 @@ def table(
     with suppress(Exception):  # many times are not taken, or it is raised below, too
         at = Evaluation(function, at_each(function, samples, times[:1], name).shape[1], times)
         if at.at_once:
-            known, values = at_each(function, samples, times[some], name), np.array(at(times))
+            known = at_each(function, samples, times[some], name)
+            values = np.array(at(times))
             same = np.abs(values[some] - known).max() <= 1e-12 * np.abs(known).max()
             if same and np.isfinite(values).all():
                 return values, at

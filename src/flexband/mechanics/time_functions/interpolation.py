@@ -13,15 +13,19 @@ class PiecewiseLinear:
     """A function of time that is linear between values, with kinks at its `breakpoints`."""
 
     def __init__(self, times: np.ndarray, values: np.ndarray):
-        self.breakpoints, self.values = times, values
+        self.breakpoints = times
+        self.values = values
 
     def __call__(self, time: ArrayLike) -> np.ndarray:
-        times, values, moment = self.breakpoints, self.values, np.asarray(time, dtype=float)
+        times = self.breakpoints
+        values = self.values
+        moment = np.asarray(time, dtype=float)
         k = np.clip(np.searchsorted(times, moment, side="right") - 1, 0, len(times) - 2)
         length = times[k + 1] - times[k]
         part = np.divide(moment - times[k], length, out=np.ones_like(moment), where=length > 0)
         columns = () if values.ndim == 1 else (np.arange(values.shape[1]),)
-        low, high = values[k, *columns], values[k + 1, *columns]
+        low = values[k, *columns]
+        high = values[k + 1, *columns]
         return low + np.clip(part, 0.0, 1.0) * (high - low)
 
 

@@ -40,7 +40,9 @@ def refuse_jumps(name: str, function: TimeFunction, times: np.ndarray, values: n
     in which fourth differences do not become smaller with the distance of the times, and the
     sharpest ones. `values` have shape (times, n), an odd number of times.
     """
-    search, spread, largest = JumpSearch(), np.ptp(values, axis=0).max(), np.abs(values).max()
+    search = JumpSearch()
+    spread = np.ptp(values, axis=0).max()
+    largest = np.abs(values).max()
     allowed = max(search.min_jump * spread, search.rounding * largest, search.floor)
     sharp = _sharpness(values)
     coarse = np.repeat(_sharpness(values[::2]), 2)

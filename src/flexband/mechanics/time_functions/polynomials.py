@@ -79,7 +79,8 @@ class PolynomialFit:
         self, function: SmoothFunction, schedule: Schedule, tolerance: float
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return coefficients, shape (rounds, `COEFFICIENTS`, n or 1), and where they are off."""
-        degree, width = COEFFICIENTS - 1, max(function.columns, schedule.parts.shape[1])
+        degree = COEFFICIENTS - 1
+        width = max(function.columns, schedule.parts.shape[1])
         nodes = -np.cos(np.pi * np.arange(degree + 1) / degree)
         checks = -np.cos(np.pi * (np.arange(degree) + 0.5) / degree)
         places = np.concatenate([nodes, checks])
@@ -88,7 +89,8 @@ class PolynomialFit:
         end = np.broadcast_to(schedule.limits, shape)
         start = np.concatenate([end[:1], end[:-1]])
         row, column = np.nonzero(stepping[1:])
-        low, high = start[row + 1, column], end[row + 1, column]
+        low = start[row + 1, column]
+        high = end[row + 1, column]
         moments = low[:, None] + 0.5 * (1 + places) * (high - low)[:, None]
         columns = np.repeat(column % function.columns, len(places))
         f = function.points(moments.ravel(), columns).reshape(moments.shape)
@@ -105,7 +107,8 @@ class PolynomialFit:
             part * tolerance * (highest - lowest),
             self.rounding * np.maximum(np.abs(lowest), np.abs(highest)),
         )
-        coefficients, off = np.zeros((shape[0], COEFFICIENTS, width)), np.zeros(shape, dtype=bool)
+        coefficients = np.zeros((shape[0], COEFFICIENTS, width))
+        off = np.zeros(shape, dtype=bool)
         coefficients[row + 1, :, column] = c.T
         off[row + 1, column] = error > allowed[column]
         return coefficients, off
@@ -113,7 +116,8 @@ class PolynomialFit:
 
 def rates(polynomials: np.ndarray, schedule: Schedule, step: float) -> np.ndarray:
     """Return f′ and f″ at ends of steps, or after them, (rounds, 2, functions, n or 1)."""
-    count, width = len(polynomials), polynomials.shape[-1]
+    count = len(polynomials)
+    width = polynomials.shape[-1]
     stepping = np.broadcast_to(schedule.parts > 0, (count, schedule.parts.shape[1])).copy()
     stepping[0] = False
     place = np.arange(count)[:, None]
@@ -123,7 +127,8 @@ def rates(polynomials: np.ndarray, schedule: Schedule, step: float) -> np.ndarra
     number = np.where(stepping | (after == count), before, np.minimum(after, count - 1))
     u = np.where(stepping | (after == count), 1.0, -1.0)
     columns = np.arange(max(width, number.shape[1]))
-    number, u = number[:, columns % number.shape[1]], u[:, columns % u.shape[1]]
+    number = number[:, columns % number.shape[1]]
+    u = u[:, columns % u.shape[1]]
     c = polynomials[number, :, :, columns % width]  # (rounds, n, functions, coefficients)
     lengths = step * schedule.parts[number, columns % schedule.parts.shape[1]]
     scale = (2.0 / np.where(lengths > 0, lengths, 1.0))[..., None]

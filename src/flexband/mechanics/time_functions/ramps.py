@@ -26,7 +26,8 @@ class Ramp:
 
     def integral(self, time: ArrayLike) -> np.ndarray:
         """Return the integral from time zero on, such as the angle of a drive of this speed."""
-        s, after = np.clip(time / self.duration, 0.0, 1.0), np.maximum(time - self.duration, 0.0)
+        s = np.clip(time / self.duration, 0.0, 1.0)
+        after = np.maximum(time - self.duration, 0.0)
         return self.to * (self.duration * s**4 * (2.5 + s * (s - 3.0)) + after)
 
 
@@ -64,7 +65,8 @@ class Slowed:
     """The function f(τ(t)) of time, where τ̇ is a ramp from 0 to 1."""
 
     def __init__(self, function: TimeFunction, pace: Ramp):
-        self.function, self.pace = function, pace
+        self.function = function
+        self.pace = pace
 
     def __call__(self, time: float) -> np.ndarray:
         return np.asarray(self.function(self.pace.integral(time)))  # pyright: ignore

@@ -16,7 +16,8 @@ import numpy as np
 
 from flexband.mechanics.time_functions.breakpoints import Breakpoints
 
-IMPULSE, RESTART = 0.0, -1.0
+IMPULSE = 0.0
+RESTART = -1.0
 """In place of the length of a step: new velocities, and new accelerations."""
 
 SHORTEST_PART = 1e-4
@@ -67,7 +68,8 @@ class Schedule:
 
     def halved(self, chosen: np.ndarray, times: np.ndarray) -> Schedule:
         """Return the rounds with the chosen steps, (rounds, n or 1), in two halves; times [s]."""
-        runs, columns = [], np.arange(chosen.shape[1])
+        runs = []
+        columns = np.arange(chosen.shape[1])
         arrays = [self.lanes(array, columns) for array in self._rows]
         for column in columns:
             rows = np.stack([array[:, column] for array in arrays], axis=1)
@@ -112,7 +114,8 @@ def schedule_rounds(times: np.ndarray, samples: int, breaks: Sequence[Breaks]) -
 def _pad_rounds(runs: Sequence[np.ndarray], times: np.ndarray) -> Schedule:
     """Return the rounds of samples with different numbers of rounds, from those of each."""
     most = max(len(rows) for rows in runs)
-    count, end = len(times) - 1, (RESTART, len(times) - 1, times[-1], times[-1], 0.0)
+    count = len(times) - 1
+    end = (RESTART, len(times) - 1, times[-1], times[-1], 0.0)
     padded = np.array(
         [np.concatenate([rows, np.tile(end, (most - len(rows), 1))]) for rows in runs]
     )
@@ -126,18 +129,23 @@ def _rounds(
     times: np.ndarray, before: np.ndarray, after: np.ndarray, impulsive: np.ndarray
 ) -> np.ndarray:
     """Return the rounds of one sample: part, number, time, limit and side, shape (rounds, 5)."""
-    h, last = times[1] - times[0], len(times) - 1
+    h = times[1] - times[0]
+    last = len(times) - 1
     number = np.arange(last + 1.0)
     rows = np.stack([np.ones(last + 1), number, times, times, np.zeros(last + 1)], axis=1)
     order = np.argsort(before)
-    before, after, impulsive = before[order], after[order], impulsive[order]
+    before = before[order]
+    after = after[order]
+    impulsive = impulsive[order]
     if not len(before):
         return rows
     group = np.cumsum(np.r_[0, np.diff(before) > SHORTEST_PART * h])
-    places, extra = [], []
+    places = []
+    extra = []
     reached = times[0]
     for k in range(group[-1] + 1):
-        low, high = before[group == k].min(), after[group == k].max()
+        low = before[group == k].min()
+        high = after[group == k].max()
         number = min(int(np.rint((low - times[0]) / h)), last)
         on_time = abs(low - times[number]) < SHORTEST_PART * h
         if on_time and number == last:

@@ -63,9 +63,11 @@ def tabulate(
             averaging = Averaging() if tolerance is None else None
             series.append(_Load.from_function(function, samples, times, averaging))
         else:
-            user, outer = function, None
+            user = function
+            outer = None
             if isinstance(function, Composed):
-                user, outer = function.inner, function.outer
+                user = function.inner
+                outer = function.outer
             with prescribing(driven[f]):
                 if user not in motions:
                     motions[user] = _Motion.from_function(function, samples, times)
@@ -88,7 +90,8 @@ def tabulate(
     if tolerance is not None:
         schedule, polynomials = PolynomialFit().fitted(series, schedule, times, tolerance)
     rounds, _ = schedule.parts.shape
-    values, rates = [np.ones((rounds, 1))], [np.zeros((rounds, 2, 1))]
+    values = [np.ones((rounds, 1))]
+    rates = [np.zeros((rounds, 2, 1))]
     for function in series:
         value, rate = function.in_rounds(schedule, times)
         values.append(value)
@@ -202,10 +205,13 @@ class _Motion:
 
     @staticmethod
     def from_function(function: TimeFunction, samples: int, times: np.ndarray) -> _Motion:
-        fine, search = _fine(times), BreakpointSearch()
-        user, text = function, ""
+        fine = _fine(times)
+        search = BreakpointSearch()
+        user = function
+        text = ""
         if isinstance(function, Composed):
-            user, text = function.inner, function.name
+            user = function.inner
+            text = function.name
         values, at = table(user, samples, fine, text)
         if len(times) == 2:
             return _Motion(at, values, None)
@@ -263,7 +269,8 @@ class _Drive(_TabulatedFunction):
     def in_rounds(self, schedule: Schedule, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if schedule.is_regular:
             return self.values, self.rates
-        h, at = times[1] - times[0], self.motion.at
+        h = times[1] - times[0]
+        at = self.motion.at
         values, (row, column) = _spread(self.values, schedule)
         rates, _ = _spread(self.rates, schedule)
         width = schedule.times.shape[1]
@@ -290,7 +297,8 @@ class _Drive(_TabulatedFunction):
             moved = moment[chosen] + np.where(side[chosen] > 0, 1, -1) * SHORTEST_PART * h
             k = np.searchsorted(ends, moved)
             bounds = np.r_[times[0], ends, times[-1]]
-            low[chosen], high[chosen] = bounds[k], bounds[k + 1]
+            low[chosen] = bounds[k]
+            high[chosen] = bounds[k + 1]
         rates[row, :, column] = derivatives_within(
             lambda moments: points(moments, column), moment, low, high, self.spacing
         )

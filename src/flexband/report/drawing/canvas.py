@@ -135,7 +135,8 @@ class Canvas:
 
     def arrow(self, points: np.ndarray, style: Line) -> None:
         """Draw an arrow along points [m]."""
-        tip, head = points[-1], style.head
+        tip = points[-1]
+        head = style.head
         shaft = points[np.hypot(*(points - tip).T) > 0.9 * head * self.unit]
         if not len(shaft):
             shaft = 2 * tip[None] - self.local(tip, tip - points[0], [[head, 0.0]])
@@ -175,7 +176,8 @@ class Canvas:
 
     def draw_field(self, field: FieldArrow) -> None:
         """Draw an arrow in the emptiest corner, or a dot if its vector vanishes."""
-        inset, half = 27.0 * self.unit, 18.0
+        inset = 27.0 * self.unit
+        half = 18.0
         (left, bottom), (right, top) = self.box[0] + inset, self.box[1] - inset
         corners = [np.array(corner) for corner in product((right, left), (top, bottom))]
         place = min(corners, key=lambda corner: self.covered(corner, 2 * half))

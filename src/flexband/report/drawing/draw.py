@@ -70,7 +70,8 @@ def draw(
 
 def _layout(extremes: np.ndarray, axes: Axes | None) -> tuple[Sheet, Axes]:
     """Return a sheet, and axes for it; without axes, those of a new figure of its size."""
-    new, axes = axes is None, axes or Figure().add_subplot()
+    new = axes is None
+    axes = axes or Figure().add_subplot()
     figure = axes.figure.figure
     axes.set(xlabel="X [m]", ylabel="Y [m]")
     axes.spines[:].set_color(COLORS["muted"])

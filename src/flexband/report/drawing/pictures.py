@@ -37,7 +37,8 @@ def field_series(field: Field, points: int) -> tuple[np.ndarray, np.ndarray, lis
     x = np.linspace(*field.located, points)
     drawn = field.realizations(x, realizations)
     if isinstance(field, RandomField):
-        middle, deviation = field.nominal(x), field.deviation(x)
+        middle = field.nominal(x)
+        deviation = field.deviation(x)
         return x, drawn, [middle - deviation, middle + deviation], "μ ± σ"
     lines = list(field.limits(x)) if isinstance(field, IntervalField) else []
     return x, drawn, lines, "limits"
@@ -45,12 +46,15 @@ def field_series(field: Field, points: int) -> tuple[np.ndarray, np.ndarray, lis
 
 def fields_picture(fields: Mapping[str, Field], along: Mapping[str, str]) -> str:
     """Return realizations of fields along "position" or "time" as an image's address."""
-    size, top, below = np.array([330.0, 110.0]), 8.0, 44.0  # [pt]
+    size = np.array([330.0, 110.0])
+    top = 8.0
+    below = 44.0  # [pt]
     margins = 60.0, 14.0  # [pt]: left, right
     parts: list[str] = []
     for name, field in fields.items():
         x, realizations, lines, key = field_series(field, 201)
-        low, high = np.min([*realizations, *lines]), np.max([*realizations, *lines])
+        low = np.min([*realizations, *lines])
+        high = np.max([*realizations, *lines])
         margin = 0.05 * (high - low) or 0.05 * abs(high) or 1.0
         box = np.array([[x[0], low - margin], [x[-1], high + margin]])
         axes = SvgAxes(box, size, (ALONG[along.get(name, "")], name))

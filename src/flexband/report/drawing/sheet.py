@@ -25,7 +25,8 @@ S = TypeVar("S", bound=Surface)
 
 POINTS_PER_INCH = 72.0
 
-BEFORE, AFTER = np.array([54.0, 39.6]), np.array([10.8, 10.8])
+BEFORE = np.array([54.0, 39.6])
+AFTER = np.array([10.8, 10.8])
 """Margins of a sheet [pt], for the numbers of its axes: left and below, right and above."""
 
 
@@ -46,7 +47,8 @@ def sheet_for(extremes: np.ndarray, space: np.ndarray | None = None) -> Sheet:
     unit = ((highest - lowest) / (most - 2 * margin)).max() or 1.0 / POINTS_PER_INCH
     needed = np.maximum((highest - lowest) / unit + 2 * margin, smallest)
     size = needed if space is None else space
-    middle, half = (lowest + highest) / 2, unit * size / 2
+    middle = (lowest + highest) / 2
+    half = unit * size / 2
     return Sheet(np.array([middle - half, middle + half]), unit, size)
 
 
@@ -59,7 +61,8 @@ def draw_on(
     dimensions: bool = True,
 ) -> S:
     """Draw a mechanism at its start on a surface of its extremes, and return it; see `draw`."""
-    scene, tracks = Scene(mechanism, _start(mechanism, sample)), Tracks(mechanism)
+    scene = Scene(mechanism, _start(mechanism, sample))
+    tracks = Tracks(mechanism)
     first = sketch_mechanism(scene, tracks)
     surface, (box, unit, _) = surface_for(extent(first, *tracks.at_start(scene.start)))
     sketch = sketch_mechanism(scene, tracks, unit, gaps=48)

@@ -152,7 +152,8 @@ def ticks(low: float, high: float, most: int) -> np.ndarray:
 
 def tick_labels(values: np.ndarray) -> list[str]:
     """Return equidistant numbers in as many digits as tell them apart."""
-    largest, step = np.abs(values).max(), np.ptp(values[:2]) or 1.0
+    largest = np.abs(values).max()
+    step = np.ptp(values[:2]) or 1.0
     digits = max(5, int(np.ceil(np.log10(largest / step + 1.0))) + 1)
     exact = np.round(values / step * 4) * step / 4 + 0.0  # zero is exactly that
     return [f"{value:.{digits}g}".replace("e+", "e").replace("-", "−") for value in exact]

@@ -79,7 +79,8 @@ def _merge_labels(canvas: Canvas, labels: list[Label]) -> list[Label]:
 def _write_label(canvas: Canvas, label: Label, boxes: list[tuple[np.ndarray, np.ndarray]]) -> None:
     """Write a name where it covers least and add its centre and size [m] to the boxes."""
     # Cost of a distance of 1 pt, and of text on text or outside the axes, in points of covered ink
-    distance_cost, overlap_cost = 0.1, 100.0
+    distance_cost = 0.1
+    overlap_cost = 100.0
     label_padding = 3.0  # free space [pt] around a name
     leader_distance = 20.0  # distance [pt] from which on a line connects a name with its place
     turns = np.arange(0.0, 2.0, 0.125) * np.pi
@@ -92,7 +93,8 @@ def _write_label(canvas: Canvas, label: Label, boxes: list[tuple[np.ndarray, np.
     directions = np.tile(label_directions, (len(label_distances), 1))
     centres = label.place + directions * (distances[:, None] * canvas.unit + size / 2)
     if label.inside:
-        distances, centres = np.append(0.0, distances), np.vstack([label.place, centres])
+        distances = np.append(0.0, distances)
+        centres = np.vstack([label.place, centres])
     half = size / 2 + label_padding * canvas.unit
     ink = canvas.all_ink()
     ink = ink[np.all(np.abs(ink - label.place) < np.ptp(centres, axis=0) + half, axis=1)]
@@ -101,7 +103,8 @@ def _write_label(canvas: Canvas, label: Label, boxes: list[tuple[np.ndarray, np.
     for middle, extent in boxes:
         cost += overlap_cost * _within(middle[None], centres, half + extent / 2)[:, 0]
     best = int(np.argmin(cost))
-    distance, centre = distances[best], centres[best]
+    distance = distances[best]
+    centre = centres[best]
     boxes.append((centre, size))
     if distance > leader_distance:
         near = np.clip(label.place, centre - size / 2, centre + size / 2)

@@ -57,7 +57,8 @@ def answers_in(folder: Path, display: Display) -> tuple[list[Answer], LimitCheck
     usable, unusable = read_answers(folder, (*TITLES, "limits", "probability", "yield"))
     shown = {k: display.data(answer) for k, answer in usable.items() if k != "parts"}
     usable = {**usable, **shown}  # a table of parts has a unit in each row
-    limits, probability = usable.get("limits"), usable.get("probability")
+    limits = usable.get("limits")
+    probability = usable.get("probability")
     answers = [_part(folder, k, title, usable[k]) for k, title in TITLES.items() if k in usable]
     bar = "" if limits is None else f"μ ± {deviations(limits)}"
     sentences = [margins.format(bar), *[likely] * is_likely(probability), ""]
@@ -162,7 +163,8 @@ def allocation_table(allocation: xr.Dataset) -> Table:
 
 def margins_left(allocation: xr.Dataset) -> str:
     """Return the least margins that allocated tolerances leave to requirements."""
-    names, slack = allocation["limit"].values, allocation["slack"].values
+    names = allocation["limit"].values
+    slack = allocation["slack"].values
     units = allocation["unit"].values if "unit" in allocation.coords else ""
     units = np.broadcast_to(units, len(names))
     scale = float(abs(allocation["margin"]).max())

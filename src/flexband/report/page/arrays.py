@@ -20,14 +20,16 @@ def pack(values: ArrayLike, quantum: float | None = None) -> JsonRecord:
     default they keep all their digits.
     """
     array = np.ascontiguousarray(values, dtype="<f8")
-    record, kind = {"shape": list(array.shape)}, "<f8"
+    record = {"shape": list(array.shape)}
+    kind = "<f8"
     if quantum:
         with np.errstate(over="ignore", invalid="ignore"):
             whole = np.rint(array / quantum)
         largest = np.abs(whole).max(initial=0.0)
         if largest < 2**31:  # not NaN either
             kind = "<i2" if largest < 2**15 else "<i4"
-            array, record = whole.astype(kind), record | {"quantum": quantum}
+            array = whole.astype(kind)
+            record = record | {"quantum": quantum}
     size = array.dtype.itemsize
     planes = array.view(np.uint8).reshape(-1, size).T if array.size else array
     data = b64encode(zlib.compress(planes.tobytes())).decode()

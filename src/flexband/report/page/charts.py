@@ -95,7 +95,8 @@ def _output(
         chart["nominal"] = pack(values, quantum)
         chart["narrow"] = bool(width < narrow * np.ptp(values))
     if contributions is not None and name in outputs_of(contributions["width"]):
-        each, coarse = select(contributions, name)["contribution"], 100 * DIGITS * width or None
+        each = select(contributions, name)["contribution"]
+        coarse = 100 * DIGITS * width or None
         chart["contributions"] = {
             "names": [str(k) for k in contributions["name"].values],
             "values": pack(each.transpose("name", ...).values, coarse),
@@ -159,7 +160,8 @@ def numbers(bands: xr.Dataset, *, max_rows: int = 25) -> list[tuple[str, Table]]
         columns += [row for k in ("mean", "error_bar") for row in some[k].transpose("bound", free)]
         header = [str(free), "lowest mean", "highest mean", "bar from", "to"]
         if error is not None:
-            columns, header = [*columns, error], [*header, "expected error"]
+            columns = [*columns, error]
+            header = [*header, "expected error"]
         scales = [0.0, *[float(abs(output_bands["error_bar"]).max())] * 4, 0.0]
         rows = [
             [number(v, 5, scale) for v, scale in zip(row, scales, strict=False)]

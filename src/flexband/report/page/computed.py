@@ -25,7 +25,8 @@ def computed_rows(
     given: JsonRecord, bands: xr.Dataset, limits: xr.Dataset | None
 ) -> list[tuple[str, str]]:
     """Return what the last table of a report says, by name."""
-    record, worst = BandRecord.read(bands), 0 if limits is None else BandRecord.read(limits).runs
+    record = BandRecord.read(bands)
+    worst = 0 if limits is None else BandRecord.read(limits).runs
     rows = [
         *given["computed"].items(),
         ("method", record.method or given["label"]),

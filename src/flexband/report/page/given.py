@@ -52,7 +52,8 @@ def given_by(
     # Mean times [s] of a run from which on the motion is shown without samples of the
     # inputs, and not at all: the mechanism is simulated again for it. In a study in which
     # the engine is compiled, a run takes less than the mean
-    slow, very_slow = 3.0, 60.0
+    slow = 3.0
+    very_slow = 60.0
     fields = {k: i for k, i in inputs.items() if isinstance(i, Field) and i.domain is not None}
     data: JsonRecord = {
         "question": _docstring(file),
@@ -94,7 +95,9 @@ def study_motion(
     samples: int = SAMPLES,
 ) -> tuple[JsonRecord | None, list[str]]:
     """Return `motion_data` of a study, at first options and on its surrogate's discretization."""
-    response, inputs, remarks = study.source, study.inputs, []
+    response = study.source
+    inputs = study.inputs
+    remarks = []
     if not isinstance(response, SensorResponse):
         return motion_data(response, Space({}))
     chosen = {
@@ -136,7 +139,8 @@ def field_axes(response: ResponseFunction, inputs: Mapping[str, Any]) -> dict[st
     """Return what each field depends on, "position" or "time", as far as that is known."""
     if not isinstance(response, SensorResponse):
         return {}
-    space, axes = Space(first_case(inputs)), {}
+    space = Space(first_case(inputs))
+    axes = {}
     arguments = space.arguments_at(*space.nominal())
     try:
         with without_warnings():

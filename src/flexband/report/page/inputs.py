@@ -69,7 +69,8 @@ def with_shares(table: Table, contributions: xr.Dataset | None) -> Table:
 
 def mean_share_text(contributions: xr.Dataset) -> str:
     """Return over what the shares of inputs are means, in words after a comma; "" if over none."""
-    mean, every = contributions["mean_share"].dims, contributions["contribution"].dims
+    mean = contributions["mean_share"].dims
+    every = contributions["contribution"].dims
     return f", mean over {every[-1]}" if len(mean) < len(every) else ""
 
 
@@ -102,8 +103,10 @@ def _(option: str, _scale: float) -> tuple[str, str]:
 
 @known_of.register
 def _(interval: Interval, scale: float) -> tuple[str, str]:
-    lower, upper = interval.lower * scale, interval.upper * scale
-    middle, half = (lower + upper) / 2, (upper - lower) / 2
+    lower = interval.lower * scale
+    upper = interval.upper * scale
+    middle = (lower + upper) / 2
+    half = (upper - lower) / 2
     return "interval", f"{_range(interval, scale)} ({number(middle, 6, half)} ± {number(half)})"
 
 

@@ -68,5 +68,6 @@ def _row(box: xr.Dataset) -> tuple[np.ndarray, np.ndarray, float]:
     value = box["value"].values
     distribution = box["distribution"].transpose("bound", "value").values
     if len(value) == 1:
-        value, distribution = np.repeat(value, VALUES), np.repeat(distribution, VALUES, axis=1)
+        value = np.repeat(value, VALUES)
+        distribution = np.repeat(distribution, VALUES, axis=1)
     return value, distribution, float(box["sampling_error"].max())

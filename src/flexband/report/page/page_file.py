@@ -36,7 +36,8 @@ def list_shown(folder: Path, files: Iterable[Path] | None = None) -> None:
     except (OSError, ValueError):  # there is no page, or `read_given` tells
         return
     if files is None:
-        shown, unchanged = answer_files(folder, read_answers(folder).usable), {}
+        shown = answer_files(folder, read_answers(folder).usable)
+        unchanged = {}
     else:
         before = content.get("shown", {})
         shown = [each for each in files if each.name in before]

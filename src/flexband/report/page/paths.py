@@ -19,7 +19,8 @@ def widest_path(
 ) -> xr.Dataset | None:
     """Return the path of the most uncertain point NAME_X, NAME_Y in metres over time, or None."""
     directions = 16
-    names, axes = outputs_of(bands["mean"]), axes_of(bands["mean"].transpose("bound", ...))
+    names = outputs_of(bands["mean"])
+    axes = axes_of(bands["mean"].transpose("bound", ...))
     if surrogate is None or "unit" not in bands.coords or axes.dims != ("output",) or not axes.time:
         return None
     units = dict(zip(names, map(str, np.ravel(bands["unit"].values)), strict=True))

@@ -57,9 +57,13 @@ def write_report(
     )  # fmt: skip
     display = Display(given.get("display_units", {}), given.get("units", {}))
     answers, check = answers_in(folder, display)
-    limits, probability, production = None, None, None
+    limits = None
+    probability = None
+    production = None
     if check is not None:
-        limits, probability, production = check.margins, check.probability, check.production
+        limits = check.margins
+        probability = check.probability
+        production = check.production
     raw = bands
     bands = display.data(bands)
     checked, contributions = (
@@ -69,7 +73,8 @@ def write_report(
     uncertain = uncertain_ones(contributions if parts is None else None, given["inputs"])
     predictable = tables.predictable_part(bands, parts)
     panel, fixed = what_if.what_if(surrogate, raw, display) if parts is None else (None, [HELD])
-    time, nominal = tables.time_of(bands), nominal_of(surrogate)
+    time = tables.time_of(bands)
+    nominal = nominal_of(surrogate)
     nominal = None if nominal is None else display.data(nominal)
     held = tables.before_horizon(bands, time, parts)
     if nominal is not None:

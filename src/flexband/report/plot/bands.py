@@ -183,7 +183,8 @@ def _bands(
         "error_bar": (LIGHT, MIDDLE, rf"interval error bar, $\mu \pm {deviation(bands)}$"),
         "mean": (MIDDLE, DARK, r"interval mean, $\mu$"),
     }
-    drawn, name = {}, ""
+    drawn = {}
+    name = ""
     for variable in looks:
         data = with_bounds("bands", bands, variable, "propagate")
         name = output_of(data, output)

@@ -94,7 +94,8 @@ def errors(
     if not compared:
         raise InputError("results must have a method besides the reference")
     output = output_of(compared[0].bands["mean"], output)
-    ax, labelled = axes_of(ax), []
+    ax = axes_of(ax)
+    labelled = []
     for count in sorted({result.runs for result in compared}):
         if not labelled or count > 1.25 * labelled[-1]:  # labels must not overlap
             labelled.append(count)

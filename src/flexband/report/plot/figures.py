@@ -18,7 +18,8 @@ from flexband.study.comparison import Comparison
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 
-WIDTH, HEIGHT = 5.6, 2.5
+WIDTH = 5.6
+HEIGHT = 2.5
 """Of one axes [in]: letters of 10 pt are read on a phone that shows all of the width."""
 
 

@@ -113,7 +113,8 @@ def _scale(limits: xr.Dataset) -> float:
     margin = limits["margin"].transpose("limit", ...).values
     if margin.ndim != 2:
         return float(np.nanmin(abs(margin)))
-    place, error = _place(margin), 0.0
+    place = _place(margin)
+    error = 0.0
     if "expected_error" in limits and limits["expected_error"].shape == margin.shape:
         error = float(np.nan_to_num(limits["expected_error"].transpose("limit", ...).values[place]))
     values = margin[np.isfinite(margin)]
@@ -131,7 +132,8 @@ def _closest(ax: Axes, limits: xr.Dataset, values: np.ndarray, unit: str) -> Non
     near = values[limit, max(place - min_near, 0) : place + min_near + 1]
     top = max(values[limit, place] + headroom * scale, 1.1 * float(np.nanmax(near)))
     far = np.flatnonzero(~(values[limit] <= top))
-    before, after = far[far < place], far[far > place]
+    before = far[far < place]
+    after = far[far > place]
     first = before[-1] if before.size else 0
     last = after[0] if after.size else len(x) - 1
     bottom = min(values[limit, place], 0.0)

@@ -76,6 +76,7 @@ def path(found: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     ax.plot(found["x_nominal"], found["y_nominal"], **LINES[0])
     ax.autoscale_view()
     ax.set_aspect("equal", adjustable="datalim")
-    names, unit = [found[axis].attrs["output"] for axis in "xy"], unit_of_variable(found["x"])
+    names = [found[axis].attrs["output"] for axis in "xy"]
+    unit = unit_of_variable(found["x"])
     ax.set(xlabel=with_unit(literal(names[0]), unit), ylabel=with_unit(literal(names[1]), unit))
     return ax

@@ -106,9 +106,11 @@ def legend_above(axes: Axes) -> None:
 
 def title_above(axes: Axes, text: str) -> None:
     """Write a title, in lines as wide as a figure of a report, above the axes and their legend."""
-    legend, rows = axes.get_legend(), 0
+    legend = axes.get_legend()
+    rows = 0
     if legend is not None:
-        count, columns = len(legend.get_texts()), getattr(legend, "_ncols", 1)
+        count = len(legend.get_texts())
+        columns = getattr(legend, "_ncols", 1)
         rows = -(-count // columns) + sum(
             entry.get_text().count("\n") for entry in legend.get_texts()
         )

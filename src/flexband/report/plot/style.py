@@ -11,7 +11,9 @@ from matplotlib.axes import Axes
 
 from flexband.basics.checks import check_instance, check_integer, check_positive
 
-LIGHT, MIDDLE, DARK = "#d3e4f3", "#5b9bd0", "#10416f"
+LIGHT = "#d3e4f3"
+MIDDLE = "#5b9bd0"
+DARK = "#10416f"
 """Of the error bar, the mean, and its edges: their lightness falls in this order."""
 
 LINES: list[dict[str, Any]] = [

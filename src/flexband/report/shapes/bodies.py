@@ -40,7 +40,9 @@ def _add_center(sketch: Sketch, name: str) -> None:
 @add_body.register
 def _(body: RigidBody, sketch: Sketch, name: str) -> None:
     """Add a link, a plate or, without an extent, a circle; mark the centre of mass."""
-    scene, tracks, part = sketch.scene, sketch.tracks, f"body {name!r}"
+    scene = sketch.scene
+    tracks = sketch.tracks
+    part = f"body {name!r}"
     corners = scene.corners(name)
     frame = LocalFrame(tracks.point(f"{name}.center"), turn=tracks.turn(f"{name}.center"))
     if len(corners) > 1:
@@ -71,7 +73,8 @@ def _(body: RigidBody, sketch: Sketch, name: str) -> None:
 def _add_link(sketch: Sketch, body: RigidBody, name: str, frame: LocalFrame) -> None:
     """Add a plate with rounded corners, or a bar between two corners, and its length."""
     scene = sketch.scene
-    corners, center = scene.corners(name), scene.at(name)
+    corners = scene.corners(name)
+    center = scene.at(name)
     points = [f"{name}.{point}" for point in (*body.points, "center")]
     places = np.array([scene.at(point) for point in points])
     numbers = sketch.points(
@@ -110,7 +113,8 @@ def _(body: CentreLine, sketch: Sketch, name: str) -> None:
     per_element = max(2, -(-sketch.gaps // body.elements))
     places = body.fractions(per_element)
     axis = sketch.points([f"{name}.{place!r}" for place in places.tolist()])
-    half, last = sketch.scene.half_height(name, places), len(axis) - 1
+    half = sketch.scene.half_height(name, places)
+    last = len(axis) - 1
     frames = [
         LocalFrame(number, ends=(axis[max(k - 1, 0)], axis[min(k + 1, last)]))
         for k, number in enumerate(axis)

@@ -60,14 +60,17 @@ def _(geometry: CircleOnLine, sketch: Sketch, load: Contact, name: str) -> None:
     """Add a circle, and a line as far as its ends or the motion along it."""
     x, y = geometry.normal
     first, second = sketch.points(load.points)
-    turn, beyond = sketch.tracks.axis(load.second, (y, -x)), 0.0
+    turn = sketch.tracks.axis(load.second, (y, -x))
+    beyond = 0.0
     _add_circle(sketch, first, geometry.radius, f"load {name!r}")
     if geometry.ends is None:
-        sketch.guides[name], beyond = (first, second, turn), 30.0
+        sketch.guides[name] = (first, second, turn)
+        beyond = 30.0
         low, high = sketch.travel(name, load, (y, -x))
     else:
         low, high = (sketch.scene.start.number(end) for end in geometry.ends)
-    line, ends = LocalFrame(second, turn=turn), [(low, 0, -beyond, 0.0), (high, 0, beyond, 0.0)]
+    line = LocalFrame(second, turn=turn)
+    ends = [(low, 0, -beyond, 0.0), (high, 0, beyond, 0.0)]
     if body_of(load.second):
         sketch.line(Stroke([line], np.array(ends)), width=1.8, layer=6.0, part=f"load {name!r}")
     else:

@@ -113,9 +113,13 @@ def _(joint: Distance, sketch: Sketch, name: str) -> None:
     """Add a rod, or a cylinder if its length is prescribed."""
     first, second = sketch.points(joint.points)
     rod = ends = at(first, second)
-    length, color, width = joint.length, "ink", 1.2
+    length = joint.length
+    color = "ink"
+    width = 1.2
     if callable(length):
-        length, color, width = length(0.0), "drive", 1.6
+        length = length(0.0)
+        color = "drive"
+        width = 1.6
     length = sketch.scene.start.number(length)
     if color == "drive":
         frame = LocalFrame(first, ends=(first, second), shares=True)
@@ -139,7 +143,8 @@ def _(joint: Prismatic, sketch: Sketch, name: str) -> None:
     slider = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
     if joint.clearance is None or joint.length is None:
         frame = _add_guide(sketch, joint, name)
-        block, said = in_points(frame, slider * (13, 7)), name
+        block = in_points(frame, slider * (13, 7))
+        said = name
     else:
         half, side = (sketch.scene.start.number(x) / 2 for x in (joint.length, joint.height))
         play, said = enlarged_clearance(sketch, name, joint.clearance)
@@ -204,7 +209,8 @@ def _(gear: Gear, tracks: Tracks, name: str) -> int:
 @add_joint.register
 def _(joint: Rack, sketch: Sketch, name: str) -> None:
     """Add the pitch circle of a pinion and a rack with teeth on the far side."""
-    scene, part = sketch.scene, f"joint {name!r}"
+    scene = sketch.scene
+    part = f"joint {name!r}"
     radius = scene.start.number(joint.radius)
     _add_gears(sketch, [(joint.first, abs(radius))], f"pinion of {part}")
     line = scene.rack_line(joint)

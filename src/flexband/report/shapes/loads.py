@@ -60,16 +60,21 @@ def _(load: Spring | ViscousFriction, sketch: Sketch, name: str) -> None:
 @add_load.register
 def _(load: TorsionSpring, sketch: Sketch, name: str) -> None:
     """Add a torsion spring about its first point, and an arrow if it has a torque."""
-    place, elements = sketch.tracks.point(load.first), elements_of(sketch.scene, load)
-    frame, part, motor = LocalFrame(place), f"load {name!r}", not any(elements.values())
+    place = sketch.tracks.point(load.first)
+    elements = elements_of(sketch.scene, load)
+    frame = LocalFrame(place)
+    part = f"load {name!r}"
+    motor = not any(elements.values())
     if not motor:
         sketch.line(torsion(frame, **elements), layer=6.0, part=part)
     drive: Any = load.torque
     if isinstance(drive, Characteristic):
-        drive, motor = drive.factor, motor or drive.place is None
+        motor = motor or drive.place is None
+        drive = drive.factor
     if motor or callable(drive) or sketch.scene.start.number(drive):
         sense = _sense(sketch.scene, drive)
-        start, sweep = np.pi * (0.5 - 0.75 * sense), 1.5 * np.pi * sense
+        start = np.pi * (0.5 - 0.75 * sense)
+        sweep = 1.5 * np.pi * sense
         sketch.turning(frame, start, sweep, 24.0, "load", part if motor else "")
     sketch.name(name, at(place), color="load")
 
@@ -110,8 +115,10 @@ def _(load: Brake, sketch: Sketch, name: str) -> None:
 @add_load.register
 def _(load: OneWayClutch, sketch: Sketch, name: str) -> None:
     """Add an arrow in the sense in which the first body is free to turn."""
-    place, sweep = sketch.tracks.point(load.first), 1.5 * np.pi * load.sense
-    frame, part = LocalFrame(place), f"load {name!r}"
+    place = sketch.tracks.point(load.first)
+    sweep = 1.5 * np.pi * load.sense
+    frame = LocalFrame(place)
+    part = f"load {name!r}"
     sketch.turning(frame, np.pi / 2 - sweep / 2, sweep, 16.0, "ink", part)
     sketch.name(name, at(place))
 
@@ -136,7 +143,8 @@ add_load.register(AngularStop, add_angular_stop)
 def _(load: Moment, sketch: Sketch, name: str) -> None:
     frame = LocalFrame(sketch.tracks.point(load.points[0]))
     sense = _sense(sketch.scene, load.moment)
-    start, sweep = np.pi * (-0.5 - 0.25 * sense), 1.5 * np.pi * sense
+    start = np.pi * (-0.5 - 0.25 * sense)
+    sweep = 1.5 * np.pi * sense
     middle = sketch.turning(frame, start, sweep, 15.0, "load", f"load {name!r}")
     sketch.name(name, middle, color="load")
 
@@ -144,7 +152,8 @@ def _(load: Moment, sketch: Sketch, name: str) -> None:
 @add_load.register
 def _(load: Force, sketch: Sketch, name: str) -> None:
     """Add an arrow to or from a point, where it covers less."""
-    scene, section = sketch.scene, sketch.scene.mechanism.model.frame(load.point)
+    scene = sketch.scene
+    section = sketch.scene.mechanism.model.frame(load.point)
     force = np.array([_value(scene, load.x), _value(scene, load.y)])
     if load.following:
         force = force @ [scene.start.vector(section_normal(section)), scene.start.vector(section.y)]
@@ -162,7 +171,8 @@ def _(load: Force, sketch: Sketch, name: str) -> None:
 @add_load.register
 def _(load: DistributedLoad, sketch: Sketch, name: str) -> None:
     """Add arrows on a beam in proportion to the load at the start."""
-    scene, gaps = sketch.scene, 10
+    scene = sketch.scene
+    gaps = 10
     places = np.arange(gaps + 1) / gaps
     half = scene.half_height(load.beam, places)
     axis = sketch.points([f"{load.beam}.{place!r}" for place in places.tolist()])
@@ -175,7 +185,8 @@ def _(load: DistributedLoad, sketch: Sketch, name: str) -> None:
         for number, (fx, fy) in zip(axis, force.tolist(), strict=True)
     ]
     tails = np.zeros((gaps + 1, 4))
-    tails[:, 0], tails[:, 2] = -half, -0.8 * ARROW * shares
+    tails[:, 0] = -half
+    tails[:, 2] = -0.8 * ARROW * shares
     heads = tails * [1.0, 0.0, 0.0, 0.0]
     for frame, tail, head, share in zip(frames, tails, heads, shares.tolist(), strict=True):
         if share > 0.15:

@@ -23,7 +23,8 @@ def sketch_mechanism(
     gaps: int = 24,
 ) -> Sketch:
     """Return the shapes of a mechanism; see `Sketch` for the parameters."""
-    sketch, mechanism = Sketch(scene, tracks, unit, ranges or {}, gaps), scene.mechanism
+    sketch = Sketch(scene, tracks, unit, ranges or {}, gaps)
+    mechanism = scene.mechanism
     for name, body in mechanism.bodies.items():
         add_body(body, sketch, name)
     for name, joint in mechanism.joints.items():

@@ -60,7 +60,8 @@ class Scene:
 
     def rack_line(self, rack: Rack) -> tuple[np.ndarray, np.ndarray]:
         """Return the ends [m] of a rack's pitch line, over its points and half the pinion."""
-        centre, radius = self.at(rack.first), self.start.number(rack.radius)
+        centre = self.at(rack.first)
+        radius = self.start.number(rack.radius)
         x, y = axis = self.start.vector(along(self.mechanism.model.frame(rack.second), rack.axis))
         body = body_of(rack.second)
         points = self.corners(body) if body else [self.at(rack.second)]

@@ -105,7 +105,8 @@ class Sketch:
         self, frame: LocalFrame, first: ArrayLike, last: ArrayLike, tick: tuple[float, float]
     ) -> None:
         """Add the surface of the ground between two vertices, and strokes [pt] from it."""
-        first, last = np.asarray(first, dtype=float), np.asarray(last, dtype=float)
+        first = np.asarray(first, dtype=float)
+        last = np.asarray(last, dtype=float)
         length = np.linalg.norm((last - first)[:2] / self.unit + (last - first)[2:])
         shares = np.linspace(3.0 / length, 1.0, int((length - 3.0) // 4.0) + 1)[:, None]
         surface = first + shares * (last - first)
@@ -147,7 +148,8 @@ class Sketch:
 AXIS = {"color": "muted", "width": 0.7, "dash": (9, 3, 2, 3), "layer": 1.0}
 """The line of a guide."""
 
-TOOTH, TOOTH_SPACING = 4.0, 5.0
+TOOTH = 4.0
+TOOTH_SPACING = 5.0
 """Length and distance [pt] of the strokes that stand for teeth."""
 
 
@@ -180,7 +182,8 @@ def spring(
     The frame is from end to end, in parts of the distance, at the start `length` [pt].
     """
     actuator = [(-12, 0), (-12, 5), (12, 5), (12, -5), (-12, -5), (-12, 0), PEN_UP, (12, 0)]
-    piston, cylinder = [(-2, 0), (-2, 4), (-2, -4)], [(-10, 6), (8, 6), (8, -6), (-10, -6)]
+    piston = [(-2, 0), (-2, 4), (-2, -4)]
+    cylinder = [(-10, 6), (8, 6), (8, -6), (-10, -6)]
     dashpot = [*piston, PEN_UP, *cylinder, PEN_UP, (8, 0)]
     half = min(0.33, 45.0 / length) if length > 0 else 0.33
     parts: list[list[tuple[float, float, float, float]]] = []
@@ -193,7 +196,8 @@ def spring(
     if damped or not elastic:
         parts.append([(0.5, 0.0, *point) for point in (dashpot if damped else actuator)])
     lift = 9.0 * (len(parts) - 1)
-    first, last = (0.5 - half, 0.0, 0.0), (0.5 + half, 0.0, 0.0)
+    first = (0.5 - half, 0.0, 0.0)
+    last = (0.5 + half, 0.0, 0.0)
     vertices = [(0.0, 0.0, 0.0, 0.0), (*first, 0.0)]
     for part, shift in zip(parts, (lift, -lift), strict=False):
         raised = [(a, b, x, y + shift) for a, b, x, y in part]

@@ -17,7 +17,8 @@ from flexband.uncertainty.surrogates.unconverged import INTEGRATION, why_not_fin
 
 def advice_on(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
     """Return why an accuracy is missed and what to do, or a vibration that the start excites."""
-    attrs, lines = bands.attrs, list[str]()
+    attrs = bands.attrs
+    lines = list[str]()
     reasons = shortfalls(bands, checked)
     if Shortfall.RINGING not in reasons and of_attributes(attrs):
         lines.append(_ringing_text(attrs))

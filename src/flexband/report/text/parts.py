@@ -48,7 +48,8 @@ def parts_table(parts: xr.Dataset) -> Table:
         return next(iter(tables.values()))[0], rows
     header = ["", "unit", *(f"{100 * p:g} % below" for p in parts["probability"].values)]
     ends = np.concatenate([parts["quantile_low"].values, parts["quantile_high"].values])
-    size, spread = np.abs(parts["quantile"].values).max(axis=0), np.ptp(ends, axis=0)
+    size = np.abs(parts["quantile"].values).max(axis=0)
+    spread = np.ptp(ends, axis=0)
     rows = []
     for k in np.flatnonzero(Units.along(parts, ["quantity"]).varies(spread, size)):
         of_number = parts.isel(quantity=k)
@@ -58,7 +59,8 @@ def parts_table(parts: xr.Dataset) -> Table:
         cells = [f"{v} ({low} to {high})" for v, low, high in zip(*texts, strict=True)]
         shares = of_number["first_order"]
         best = shares.values.argmax()
-        share, error = float(shares[best]), float(of_number["first_order_error"][best])
+        share = float(shares[best])
+        error = float(of_number["first_order_error"][best])
         cause = f"{shares['input'].values[best]} {100 * share:.0f} ± {100 * error:.0f} %"
         names = [str(of_number[name].values) for name in ("quantity", "unit")]
         rows.append([*names, *cells, cause])

@@ -57,17 +57,21 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
     verification runs confirm it. Of an output that is constant there is none of these.
     """
     bar = f"error bar μ ± {deviations(bands)}"
-    shares, rows = expected_errors(bands), []
+    shares = expected_errors(bands)
+    rows = []
     kind = "expected error" if shares else "truncation indicator"
     header = ["output", "interval mean", bar, "largest width", "at", kind]
     header += ["confirmed"] * (checked is not None and "confirmed" in checked)
     resolved = 0.01  # part of the largest width of an error bar that the digits of its ends tell
-    still, largest = constants(bands), _largest_of_units(bands)
+    still = constants(bands)
+    largest = _largest_of_units(bands)
     for name in outputs_of(bands):
         output_bands = select(bands, name)
-        unit, bar = unit_of(output_bands), output_bands["error_bar"]
+        unit = unit_of(output_bands)
+        bar = output_bands["error_bar"]
         width = bar.sel(bound="upper") - bar.sel(bound="lower")
-        widest, scale = float(width.max()), float(abs(bar).max())
+        widest = float(width.max())
+        scale = float(abs(bar).max())
         scale = largest[unit] if unit and name in still else scale
         finest = 0.0 if name in still else resolved * widest
         ends = [
@@ -76,11 +80,9 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
         ]
         spans = [" … ".join(ends[:2]), " … ".join(ends[2:])]
         rows.append([f"{name or 'response'}{unit}", *spans])
-        at, error, new = (
-            "",
-            "",
-            _confirmation_cell(name, output_bands, checked, constant=name in still),
-        )
+        at = ""
+        error = ""
+        new = _confirmation_cell(name, output_bands, checked, constant=name in still)
         if name in still:
             rows[-1] += [CONSTANT, at, error, *new]
             continue
@@ -166,7 +168,8 @@ def judged_errors(bands: xr.Dataset) -> dict[str, float]:
     errors = with_relative_errors(bands, bar)  # of an earlier version, or of a method of one's own
     if "relative_expected_error" not in errors:
         return {}
-    names, share = outputs_of(bands["mean"]), errors["relative_expected_error"]
+    names = outputs_of(bands["mean"])
+    share = errors["relative_expected_error"]
     return {name: float(select(share, name).max()) for name in names}
 
 
@@ -197,12 +200,15 @@ def worst_time(bands: xr.Dataset) -> str:
 
     It is in parts of the width by which the method judges the output, mean over time.
     """
-    axes, shares = axes_of(bands["error_bar"].transpose("bound", ...)), judged_errors(bands)
+    axes = axes_of(bands["error_bar"].transpose("bound", ...))
+    shares = judged_errors(bands)
     if axes.times == 1 or "pointwise_error" not in bands or not any(shares.values()):
         return ""
-    time, parts = axes.time, {}
+    time = axes.time
+    parts = {}
     for name, share in shares.items():
-        series, of_mean = select(bands, name), ("mean_expected_error", "error_bar_expected_error")
+        series = select(bands, name)
+        of_mean = ("mean_expected_error", "error_bar_expected_error")
         mean = max(float(series[band].mean(time).max()) for band in of_mean)
         errors = series["pointwise_error"] * (share / mean if mean else 0.0)
         parts[name] = errors.max([dim for dim in errors.dims if dim != time])
@@ -264,7 +270,8 @@ def before_horizon(data: Data, time: str | None, parts: xr.Dataset | None) -> Da
 def failures(bands: xr.Dataset) -> list[str]:
     """Return how many runs failed, as a sentence; none if none did."""
     record = BandRecord.read(bands)
-    failed, runs = record.runs_failed, record.runs
+    failed = record.runs_failed
+    runs = record.runs
     if not failed:
         return []
     return [
@@ -282,7 +289,8 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
         orders = zip(bands["variable"].values, bands["orders"].values, strict=True)
         lines.append("Orders: " + ", ".join(f"{name} {order}" for name, order in orders))
     if record.expected_error is not None:
-        generic, checks = record.runs_generic, record.runs_checked
+        generic = record.runs_generic
+        checks = record.runs_checked
         sampled = checks if generic is None else generic
         source = "the verification runs that are missed most"
         if not record.judged_by:
@@ -370,7 +378,8 @@ def between_remarks(bands: xr.Dataset) -> list[str]:
     far = 0.01
     if "above_between" not in bands:
         return []
-    lines, last = [], bands["above_between"].dims[-1]
+    lines = []
+    last = bands["above_between"].dims[-1]
     sizes = _largest_of_units(bands)
     for name in outputs_of(bands):
         output_bands = select(bands, name)

@@ -53,7 +53,8 @@ class RequestedPoints:
         if any(isinstance(uncertain, RandomField) for uncertain in inputs.values()):
             raise InputError("a response elsewhere takes numbers and texts; got a RandomField")
         if self.names != list(needed.names):
-            self.names, self.asked = list(needed.names), []
+            self.names = list(needed.names)
+            self.asked = []
         known = {point: k for k, point in enumerate(self.asked, start=1)}
         options = _options(inputs, needed.setting)
         rows = []
@@ -151,7 +152,8 @@ def _netcdf(file: Path, labels: xr.DataArray) -> list[tuple[int, np.ndarray, str
     try:
         with xr.open_dataset(file, engine="scipy", decode_timedelta=False) as opened:
             dataset = opened.load()
-        outputs, numbers = dataset["outputs"], dataset["number"].values
+        outputs = dataset["outputs"]
+        numbers = dataset["number"].values
         aligned_outputs = align_batch(
             outputs.rename({str(dataset["number"].dims[0]): "sample"}), labels
         )

@@ -104,13 +104,16 @@ def _of_case(
                 of = f" with {label}" if label else ""
                 raise InputError(f"table must have rows with {name} = {constant!r}{of}; got none")
     used = {name: known[name][rows] for name in space.uncertain}
-    wide, narrow = dict(case), {}
+    wide = dict(case)
+    narrow = {}
     for name, input_ in space.uncertain.items():
         if isinstance(input_, Interval | Chosen):
             covered = input_ if isinstance(input_, Interval) else input_.covered
             ends = used[name].min(), used[name].max()
             if ends[0] < covered.lower or ends[1] > covered.upper:
-                low, high = min(ends[0], covered.lower), max(ends[1], covered.upper)
-                wide[name], narrow[name] = Interval(float(low), float(high)), covered
+                low = min(ends[0], covered.lower)
+                high = max(ends[1], covered.upper)
+                wide[name] = Interval(float(low), float(high))
+                narrow[name] = covered
     surrogate = surrogate_of_rows(RunTable.from_response(used, response[rows]), Space(wide), seed)
     return surrogate.narrowed(**narrow) if narrow else surrogate

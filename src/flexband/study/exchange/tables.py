@@ -38,11 +38,13 @@ def columns_of(
                 "table must be a path, a DataFrame, a Dataset or a mapping of columns; "
                 f"got {value_text(table)}"
             )
-        columns, column_units = {}, {}
+        columns = {}
+        column_units = {}
         for header in table:
             match = re.fullmatch(r"\s*(.*?)\s+\[([^\]=]*)\]\s*", str(header))
             name, unit = match.groups() if match else (str(header).strip(), "")
-            columns[name], column_units[name] = _numbers(name, table[header]), unit
+            columns[name] = _numbers(name, table[header])
+            column_units[name] = unit
     for name, unit in units.items():
         if name not in columns:
             continue

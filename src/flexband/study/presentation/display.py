@@ -90,7 +90,8 @@ class Display:
         self, requirements: Sequence[Requirement], labels: xr.DataArray
     ) -> list[Requirement]:
         """Return requirements with their numbers in the display units of their outputs."""
-        value_text, units = [], names_and_units(labels)
+        value_text = []
+        units = names_and_units(labels)
         for requirement in requirements:
             name = requirement.output or ONLY_OUTPUT
             known = name in self.chosen and units.get(name)
@@ -138,7 +139,8 @@ class Display:
 
     def _path(self, data: xr.Dataset) -> xr.Dataset:
         """Return a path in the display unit of both coordinates; as it is if they differ."""
-        known, names = unit_of_variable(data["x"]), [data[k].attrs["output"] for k in "xy"]
+        known = unit_of_variable(data["x"])
+        names = [data[k].attrs["output"] for k in "xy"]
         unit, other = (self.chosen.get(str(name), known) for name in names)
         if not known or unit != other:
             return data
@@ -152,7 +154,8 @@ class Display:
         """Return a result whose values of outputs are in display units."""
         output = data.coords.get("output", xr.DataArray(ONLY_OUTPUT))
         pair = xr.broadcast(output.reset_coords(drop=True), data["unit"].reset_coords(drop=True))
-        shape, dims = pair[1].shape, pair[1].dims
+        shape = pair[1].shape
+        dims = pair[1].dims
         names, units = (np.ravel(values.values.astype(str)).tolist() for values in pair)
         into = [self.chosen.get(k, u) if u else u for k, u in zip(names, units, strict=True)]
         factors = [

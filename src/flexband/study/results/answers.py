@@ -22,7 +22,8 @@ from flexband.study.results.netcdf import read_netcdf, write_netcdf
 STALE = "stale"
 
 
-OF_STUDY, OF_QUESTION = "the study", "a question"
+OF_STUDY = "the study"
+OF_QUESTION = "a question"
 """Values of attribute "of" of limits.nc: whose limits these are."""
 
 

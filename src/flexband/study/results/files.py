@@ -40,7 +40,9 @@ class ResultFiles:
     """
 
     def __init__(self, folder: StudyFolder) -> None:
-        self.folder, self.names, self.changed = folder, list[str](), False
+        self.folder = folder
+        self.names = list[str]()
+        self.changed = False
 
     def write_surrogate(self, surrogate: AnySurrogate | None) -> None:
         """Write a surrogate, if the method makes one; mark answers of another one as stale."""

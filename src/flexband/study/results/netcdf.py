@@ -17,7 +17,8 @@ from flexband.basics.computation import NUMBERING, check_numbering
 from flexband.basics.files import checksum, read_unlinked, replaced
 from flexband.errors import InputError
 
-SEAL, DIGITS = b"\nCRC-32C ", 8
+SEAL = b"\nCRC-32C "
+DIGITS = 8
 """What stands behind the data of a file, before the digits of its checksum."""
 
 RESTORED = "`flexband run` restores it"
@@ -44,7 +45,8 @@ def write_netcdf(dataset: xr.Dataset, file: Path) -> None:
 
 def _storable_variable(variable: xr.Variable) -> xr.Variable:
     """Return a variable of a kind of numbers or texts that the format has."""
-    kind, values = variable.dtype.kind, variable.values
+    kind = variable.dtype.kind
+    values = variable.values
     if kind == "O":
         values = values.astype(str)
     elif (kind in "iu" and values.size and np.abs(values.astype(float)).max() >= 2**31) or (
@@ -66,7 +68,8 @@ def read_netcdf(file: Path) -> xr.Dataset:
         raise
     except OSError as error:
         raise InputError(f"{file} cannot be read: {error}") from None
-    content, seal = data[: -len(SEAL) - DIGITS], data[-len(SEAL) - DIGITS :]
+    content = data[: -len(SEAL) - DIGITS]
+    seal = data[-len(SEAL) - DIGITS :]
     if seal != SEAL + checksum(content):
         raise InputError(f"{file} is not as written; {RESTORED}")
     with xr.open_dataset(BytesIO(content), engine="scipy", decode_times=False) as opened:

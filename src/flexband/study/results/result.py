@@ -110,7 +110,8 @@ class StudyResult:
         sampled = ["parts"] * (self.parts is not None)
         if self.limits is None:
             return sampled
-        likely, parts = self.limits.probability is not None, self.limits.production is not None
+        likely = self.limits.probability is not None
+        parts = self.limits.production is not None
         return [*sampled, "limits", *["probability"] * likely, *["yield"] * parts]
 
     @property
@@ -203,7 +204,8 @@ def _read(folder: Path, record: Mapping[str, Any]) -> StudyResult:
         read_netcdf(folder / name) if name in files else None
         for name in (FileName.VERIFICATION, FileName.CONTRIBUTIONS)
     )
-    answers, limits = read_answers(folder, WRITTEN_BY_RUN), None
+    answers = read_answers(folder, WRITTEN_BY_RUN)
+    limits = None
     if Unusable.ALTERED in answers.unusable.values():
         raise InputError("an answer is not as written")
     if "limits" in record["answers"]:
@@ -245,7 +247,8 @@ def doubts_about(
     If verification runs imply an error above `inaccurate_share` of the error bar's width, the
     result is doubtful, unless its tolerance is larger.
     """
-    record, doubts = BandRecord.read(bands), []
+    record = BandRecord.read(bands)
+    doubts = []
     if record.tolerance_missed:
         error, target = (float(x or 0.0) for x in (record.expected_error, record.tolerance))
         doubts.append(Doubt(DoubtKind.TOLERANCE_NOT_MET, error, target))

@@ -37,7 +37,8 @@ def shortfalls(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[Sho
 
     `verify` returns `checked`.
     """
-    record, reasons = BandRecord.read(bands), list[Shortfall]()
+    record = BandRecord.read(bands)
+    reasons = list[Shortfall]()
     failed = record.runs_failed or record.not_refined
     refuted = (
         checked is not None and VerificationRecord.read(checked).confirmed == Confirmation.REFUTED
@@ -45,8 +46,10 @@ def shortfalls(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[Sho
     of_expansion = of_discretization = False
     tolerance = record.tolerance
     if tolerance is not None and record.expansion_error is not None:
-        error, finer = record.expansion_error, record.discretization_error
-        chosen, met = record.halved is not None, record.stop_reason == StopReason.TOLERANCE_MET
+        error = record.expansion_error
+        finer = record.discretization_error
+        chosen = record.halved is not None
+        met = record.stop_reason == StopReason.TOLERANCE_MET
         share = tolerance / 2 if chosen else tolerance
         exceeded = record.tolerance_missed if chosen else error > tolerance
         if exceeded and met and record.sigmas != 1:

@@ -97,10 +97,15 @@ class Adaptation:
         An error of the discretization is corrected if it is larger than `corrected_above`, in parts
         of the error bar's width.
         """
-        self.space, self.evaluate, self.most, self.options = space, evaluate, most, options
+        self.space = space
+        self.evaluate = evaluate
+        self.most = most
+        self.options = options
         self.details = f" ({text})" if (text := evaluate.discretization_in_words()) else ""
         listener().stage(f"the first runs{self.details}")
-        m, families, discs = space.interval_dimension, space.families, space.discs
+        m = space.interval_dimension
+        families = space.families
+        discs = space.discs
         spare = most - fewest_fitted(m + len(families))
         # number of held-out runs at generic points; the others are at extremes
         self.generic = min(BATCH, max(MIN_HELD, spare // 2))
@@ -115,8 +120,10 @@ class Adaptation:
         known = evaluate.earlier_runs(self.generic)
         new = generic_points(0, self.generic - len(known[0]), m, families, discs)
         xi, eta = map(np.concatenate, zip(self.design.points, new, strict=True))
-        values, count = evaluate(xi, eta), len(self.design)
-        self.labels, self.phase_resolved = values[:0].copy(), phase_resolved
+        values = evaluate(xi, eta)
+        count = len(self.design)
+        self.labels = values[:0].copy()
+        self.phase_resolved = phase_resolved
         self.dt = step(values) if phase_resolved else 1.0
         runs = ResponseRuns(xi, eta, series(values))
         self.quantities = quantities(evaluate, runs.values.shape[1])
@@ -125,8 +132,10 @@ class Adaptation:
             runs = ResponseRuns.joined(runs, ResponseRuns(known[0], known[1], held))
         self.made = RunBuffer(successful_runs(runs, count), count, most)  # fitted, and held out
         self.generic = len(self.held.values)
-        self.rare, self.rare_budget = RareRuns.none(runs), self.options.max_rare_runs
-        self.places, self.sloped = np.zeros((0, m)), False
+        self.rare = RareRuns.none(runs)
+        self.rare_budget = self.options.max_rare_runs
+        self.places = np.zeros((0, m))
+        self.sloped = False
         self.refinement = Refinement(evaluate, corrected_above)
         # of the error of step and elements, by name; None until it is known
         self.corrections: dict[str, DiscretizationCorrection] | None = None
@@ -136,7 +145,8 @@ class Adaptation:
     def run(self, tolerance: float) -> StopReason:
         """Go on until the error is below the tolerance also at extremes; return why it ended."""
         listener().stage(f"runs until the expansion meets its tolerance{self.details}")
-        confirmed, width = False, np.array(np.inf)
+        confirmed = False
+        width = np.array(np.inf)
         tested = sum(v.shape[1] for v in self.design.points) < self.options.several_variables
         while True:
             width = 2 * width  # bands are searched only if they may be wide enough
@@ -152,7 +162,8 @@ class Adaptation:
             else:
                 reason = self._extend()
                 if reason is None:
-                    tested, confirmed = True, False
+                    tested = True
+                    confirmed = False
                     continue
                 if self._hold_rare(tolerance, met=met, last=True):
                     continue
@@ -189,11 +200,14 @@ class Adaptation:
 
     def _judge(self, *, again: bool = True) -> None:
         """Fit the runs, and choose the best of the new fits and those in use, if there are any."""
-        self.corrections, self.stages, in_use = None, [], []
+        self.corrections = None
+        self.stages = []
+        in_use = []
         if again:
             in_use = self.choice.fits
             del self.choice, self.error  # the memory of what they missed is free
-        F, known = self.made.all.values, len(in_use)
+        F = self.made.all.values
+        known = len(in_use)
         stages = decompose(F, self.dt) if self.phase_resolved else [Stage([], F)]
         fits = chain(release(in_use), map(self._fit, stages))
         arguments = self.fitted, self.held, self.generic, self.rare, self.design.weights
@@ -216,7 +230,8 @@ class Adaptation:
 
         A batch is kept for runs at extremes.
         """
-        known, budget = len(self.design), self.remaining_runs - BATCH
+        known = len(self.design)
+        budget = self.remaining_runs - BATCH
         if budget < 1:
             return StopReason.BUDGET_USED
         variables = self.space.interval_dimension + self.space.random_dimension
@@ -244,8 +259,12 @@ class Adaptation:
 
     def _interpolate(self, budget: int) -> None:
         """Begin again with runs to interpolate; the samples are held out from now on."""
-        space, sampled, held = self.space, self.fitted, self.held
-        m, families, discs = space.interval_dimension, space.families, space.discs
+        space = self.space
+        sampled = self.fitted
+        held = self.held
+        m = space.interval_dimension
+        families = space.families
+        discs = space.discs
         self.design = NestedDesign.first(m, families, budget, discs)
         new = evaluate_runs(self.evaluate, *self.design.points, len(self.design))
         parts = held.which(slice(self.generic)), sampled, held.which(slice(self.generic, None))
@@ -262,7 +281,8 @@ class Adaptation:
         as well: a run at their places would add nothing. A part of the first whole batch is at rare
         values of random inputs.
         """
-        m, families = self.places.shape[1], self.space.families
+        m = self.places.shape[1]
+        families = self.space.families
         count = min(BATCH, self.remaining_runs)
         rare: RareValues | None = None
         if families and count == BATCH and not self.sloped:
@@ -290,7 +310,8 @@ class Adaptation:
 
         It is for fits that only their growth speaks against, and the last runs of all.
         """
-        doubted, m = self.choice.doubted, self.places.shape[1]
+        doubted = self.choice.doubted
+        m = self.places.shape[1]
         count = min(len(doubted.values.weight), self.rare_budget, self.remaining_runs - BATCH)
         if count < 1 or (met and doubted.taken):
             return False

@@ -81,11 +81,14 @@ class BestFits(NamedTuple):
         thin = slice(None, None, -(-shape[-1] // options.max_times))
         all_runs = ResponseRuns.joined(held.at(thin), fitted.at(thin), rare.runs.at(thin))
         places = [np.concatenate([held.eta, fitted.eta]), held.eta[generic:]]
-        later, overshoot = np.empty(shape[1:]), np.empty(shape[1:])
-        least, best = np.full(shape[1], np.inf), np.full(shape[1], -1)
+        later = np.empty(shape[1:])
+        overshoot = np.empty(shape[1:])
+        least = np.full(shape[1], np.inf)
+        best = np.full(shape[1], -1)
         kept: dict[int, PartsFit] = {}
         closest: list[tuple[float, int, tuple[np.ndarray, np.ndarray, RareValues]]] = []
-        size, equal = np.maximum(rms(held.values), 1e-300), np.full(shape[0], 1 / shape[0])
+        size = np.maximum(rms(held.values), 1e-300)
+        equal = np.full(shape[0], 1 / shape[0])
         for k, fit in enumerate(fits):
             far, values = fit.overshoot(all_runs, places, rare, thin)
             far = at_all_times(far, thin, shape[-1])
@@ -93,17 +96,21 @@ class BestFits(NamedTuple):
             runs_after = fitted.which(slice(fit.runs, None))
             counts = np.zeros(0) if weights is None else weights(fit.runs)
             after = np.sqrt(fit.mean_square_missed(runs_after, counts))
-            alone, beyond = np.maximum(rms(of_held[None]), rms(after[None])), rms(far[None])
+            alone = np.maximum(rms(of_held[None]), rms(after[None]))
+            beyond = rms(far[None])
             error = np.hypot(alone, beyond) / options.carrier_gain ** len(fit.frequencies)
-            so_far, is_known = least[fit.outputs], best[fit.outputs] < known
+            so_far = least[fit.outputs]
+            is_known = best[fit.outputs] < known
             better = error < (1 + options.min_relative_gain) * so_far
             better = np.where(is_known, (1 + options.min_relative_gain) * error <= so_far, better)
             if len(alone) == shape[1]:
                 total = float(np.sum(alone / size[fit.outputs]))
                 closest.append((total, k, (alone, beyond, values)))
             outputs = fit.outputs[better]
-            least[outputs], best[outputs] = error[better], k
-            later[outputs], overshoot[outputs] = after[better], far[better]
+            least[outputs] = error[better]
+            best[outputs] = k
+            later[outputs] = after[better]
+            overshoot[outputs] = far[better]
             every = kept | {k: fit}
             kept = {
                 j: f.of_outputs(np.flatnonzero(best == j)) for j, f in every.items() if j in best
@@ -114,10 +121,14 @@ class BestFits(NamedTuple):
         for fit in chosen:  # once more, since what all fits miss takes more memory
             for rows, of_rows in fit.missed(held):
                 missed[rows, fit.outputs] = of_rows
-        fewest, doubted, of_all = np.inf, None, False
+        fewest = np.inf
+        doubted = None
+        of_all = False
         for total, k, judged in sorted(closest, key=lambda judged: (judged[1] < known, judged[1])):
             if total < (1 - options.min_relative_gain) * fewest:
-                fewest, doubted, of_all = total, judged, bool(np.all(best == k))
+                fewest = total
+                doubted = judged
+                of_all = bool(np.all(best == k))
         assert doubted is not None  # new fits are of all outputs
         return BestFits(chosen, missed, later, overshoot, BestHeldOutFit(*doubted, of_all))
 

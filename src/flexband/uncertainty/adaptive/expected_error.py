@@ -54,7 +54,8 @@ class ExpectedError:
 
         The shape is (n, outputs × times), in parts of the error bar's width.
         """
-        n, m = len(families), self.extremes[0].places.shape[-1]
+        n = len(families)
+        m = self.extremes[0].places.shape[-1]
         xi = of_normals(np.concatenate([np.eye(n), -np.eye(n)]), families)
         at = xi, np.zeros((2 * n, m))
         parts = [expansion.evaluate(*at) for expansion in self.expansions]
@@ -111,7 +112,8 @@ class ExpectedError:
     @property
     def times(self) -> np.ndarray:
         """Some of the times, by number, which no oscillation keeps in step with."""
-        times, most = self.values.shape[-1], 48
+        times = self.values.shape[-1]
+        most = 48
         if times <= most:
             return np.arange(times)
         golden = (5**0.5 - 1) / 2
@@ -174,7 +176,8 @@ class ExpectedError:
         units : of the outputs.
         quantities : of which each output is a component.
         """
-        size, times = rms(F), F.shape[-1]
+        size = rms(F)
+        times = F.shape[-1]
         of_runs = choice.missed, choice.later[None]
         missed = np.max([missed_part(errors, F, units, quantities) for errors in of_runs], axis=0)
         groups = np.split(choice.missed, [generic])

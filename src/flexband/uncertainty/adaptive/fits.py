@@ -60,7 +60,8 @@ class Split(NamedTuple):
         """
         parts = []
         for stage, which in zip(self.stages, self.outputs, strict=True):
-            columns, size = PartColumns.of_stage(stage), rms(stage.signal)[which, None] + 1e-300
+            columns = PartColumns.of_stage(stage)
+            size = rms(stage.signal)[which, None] + 1e-300
             base, carriers = columns.unpack(combined(columns.pack(stage)))
             parts.append(base[:, which] / size)
             for (phase, re, im), c in zip(carriers, stage.carriers, strict=True):
@@ -91,7 +92,8 @@ class PartsFit(NamedTuple):
     @staticmethod
     def from_design(design: Design, stage: Stage) -> PartsFit:
         """Fit all outputs to the runs of a design, which are the first of the stage."""
-        parts, columns = design.fit(stage.part(slice(len(design)))), PartColumns.of_stage(stage)
+        parts = design.fit(stage.part(slice(len(design))))
+        columns = PartColumns.of_stage(stage)
         frequencies = [c.frequency for c in stage.carriers]
         return PartsFit(np.arange(columns.outputs), parts, columns, frequencies, len(design))
 
@@ -151,7 +153,8 @@ class PartsFit(NamedTuple):
         Root mean square, shape (outputs, times), and a batch of the values where it is farthest.
         """
         parts = self.at(thin).formed
-        fit, random_terms = self._replace(parts=parts), (parts.random_index, parts.families)
+        fit = self._replace(parts=parts)
+        random_terms = (parts.random_index, parts.families)
         groups = [RareValues.from_index(*random_terms, eta) for eta in places if len(eta)]
         squares, shares = zip(*(fit._outside(runs, values) for values in groups), strict=True)
         missed = rare.runs.at(thin).values[:, self.outputs]
@@ -168,10 +171,12 @@ class PartsFit(NamedTuple):
         Shapes are (outputs, times), and (points,): the mean over outputs in parts of their ranges.
         """
         values = runs.values[:, self.outputs]
-        low, high = values.min(axis=0), values.max(axis=0)
+        low = values.min(axis=0)
+        high = values.max(axis=0)
         size = np.ptp(values, axis=(0, 2))[:, None]
         size[size == 0] = np.inf
-        square, shares = np.zeros(low.shape), [np.zeros(0)]
+        square = np.zeros(low.shape)
+        shares = [np.zeros(0)]
         for k in range(0, len(rare.weight), at_once):
             some = rare.which(slice(k, k + at_once))
             off = np.abs(self.evaluate(some.xi, some.eta) - (low + high) / 2)

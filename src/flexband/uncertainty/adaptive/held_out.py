@@ -53,7 +53,8 @@ def extreme_places(
     apart : places that are nearer to each other than this, in units of η, are run once.
     """
     _, lower, upper = extremes
-    low, high = lower.values[0], upper.values[1]
+    low = lower.values[0]
+    high = upper.values[1]
     middle = (low + high).mean(axis=-1, keepdims=True) / 2
     width = (high - low).mean(axis=-1, keepdims=True) + 1e-300
     beyond = np.stack([middle - low, high - middle]) / width
@@ -64,7 +65,8 @@ def extreme_places(
     waiting = np.stack([lower.places[0], upper.places[1]])
     waiting[moved.round(TIE_DIGITS) == 0] = 0.0
     waiting = waiting.reshape(beyond.size, -1)[order]
-    near, chosen = np.full(len(waiting), np.inf), []
+    near = np.full(len(waiting), np.inf)
+    chosen = []
     while len(chosen) < count and near.max(initial=0.0) > apart:
         chosen.append(waiting[np.argmax(near.round(TIE_DIGITS))])
         near = np.minimum(near, np.abs(waiting - chosen[-1]).max(axis=1))

@@ -124,7 +124,8 @@ class NestedDesign:
 
         Up to half of them explain what held-out runs miss, the others are expected to be large.
         """
-        known, norms = slice(len(self)), self.norms[:, None, None]
+        known = slice(len(self))
+        norms = self.norms[:, None, None]
         terms = norms * split.rows(lambda runs: self.inverse @ runs[known])
         sizes = TermSizes(self.index, np.sqrt(np.mean(terms**2, axis=-1)).T)
         unforeseen = self._explaining(split, count // 2)
@@ -138,7 +139,8 @@ class NestedDesign:
         This is the probability of values that are nearer to its own than to those of other runs, in
         each variable in which it differs from the first run. Intervals are taken as uniform.
         """
-        m, weights = self.interval_dimension, np.ones(len(self) - first)
+        m = self.interval_dimension
+        weights = np.ones(len(self) - first)
         for v, orders in enumerate(self.index[first:].T):
             count = 1 + self.index[:, v].max()
             family = self.families[v - m] if v >= m else LEGENDRE
@@ -177,7 +179,8 @@ class NestedDesign:
             chosen += needed[best]
             known.update(needed[best])
             q = added[:, best] / np.sqrt(size[best])
-            rest, added = rest - np.outer(q, q @ rest), added - np.outer(q, q @ added)
+            rest = rest - np.outer(q, q @ rest)
+            added = added - np.outer(q, q @ added)
         return np.array(chosen, dtype=int).reshape(-1, self.index.shape[1])
 
     def _candidates(self, known: set[Orders]) -> np.ndarray:
@@ -195,7 +198,8 @@ class NestedDesign:
 
 def _nearest(points: np.ndarray, family: Family) -> np.ndarray:
     """Return the probability that each point is the nearest one to a variable of a family."""
-    order, parts = np.argsort(points), np.empty(len(points))
+    order = np.argsort(points)
+    parts = np.empty(len(points))
     between = (points[order][1:] + points[order][:-1]) / 2
     z = np.linspace(-8.0, 8.0, 4001)
     normals = np.interp(between, family.of_normal(z), z)

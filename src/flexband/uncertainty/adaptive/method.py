@@ -76,7 +76,8 @@ class AdaptivePCCI(ExpansionMethod):
     correct: bool = True
 
     name = "adaptive PCCI"
-    copies, copies_per_carrier = 4.5, 7.5
+    copies = 4.5
+    copies_per_carrier = 7.5
     chooses_discretization = True
     skips_failed = True
 

@@ -129,8 +129,11 @@ def _directions(
     kinds of directions tell, over those along all ξ and the mean of those between two. Orders in
     each ξ are those of the index, (N, n).
     """
-    n, factors, far = index.shape[1], index > 0, np.array(options.distances)
-    unit, pairs = np.eye(n), factors[index.sum(axis=1) > 2]
+    n = index.shape[1]
+    factors = index > 0
+    far = np.array(options.distances)
+    unit = np.eye(n)
+    pairs = factors[index.sum(axis=1) > 2]
     alone = [unit[v : v + 1] for v in np.flatnonzero(index.max(axis=0, initial=0) > 1)]
     angles = np.pi * (np.arange(options.plane_directions) + 0.5) / options.plane_directions
     plane = np.stack([np.cos(angles), np.sin(angles)], axis=1)
@@ -147,7 +150,9 @@ def _directions(
         groups.append((z / np.linalg.norm(z, axis=1, keepdims=True) @ unit[several], 1, 1.0))
     kinds = 1 + (len(between) > 0) + (len(several) > 0)
     density = np.exp(-np.square(far) / 2) / np.sqrt(2 * np.pi) * np.diff(far)[0] / kinds
-    directions, distances, weights = [np.zeros((0, n))], [np.zeros(0)], [np.zeros(0)]
+    directions = [np.zeros((0, n))]
+    distances = [np.zeros(0)]
+    weights = [np.zeros(0)]
     for vectors, times, share in groups:
         both = np.concatenate([vectors, -vectors] * times)
         radius = np.sqrt(chdtri(np.count_nonzero(vectors.any(axis=0)), chdtrc(1, far**2)))

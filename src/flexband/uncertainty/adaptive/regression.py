@@ -93,9 +93,11 @@ def fitted_parts(
     variation, but for round-off.
     """
     columns = PartColumns.of_stage(stage)
-    weight, series = _weight(stage.signal), columns.pack(stage)
+    weight = _weight(stage.signal)
+    series = columns.pack(stage)
     values = normalized_values(index, *points, families)
-    parts, fits = list(columns.parts(series.shape[1])), []
+    parts = list(columns.parts(series.shape[1]))
+    fits = []
     for part in parts:
         part_series = series[:, part.ravel()]
         fits.append(sparse_fit(values, index, part_series, _weights(part, weight)))

@@ -71,10 +71,15 @@ def solve_with_refinement(
     if not left_out:
         course = begin(evaluate)
         return course, {"stopped": course.run(tolerance), "runs_coarser": 0}
-    levels, finished = Levels(left_out, options.share * tolerance, options), None
-    halved, coarser_runs, failed, names = 0, 0, 0, []
+    levels = Levels(left_out, options.share * tolerance, options)
+    finished = None
+    halved = 0
+    coarser_runs = 0
+    failed = 0
+    names = []
     while True:
-        course, last = None, halved >= options.max_halvings
+        course = None
+        last = halved >= options.max_halvings
         try:
             course = begin(evaluate)
             halvings = levels.needed_halvings(course, names)
@@ -85,7 +90,8 @@ def solve_with_refinement(
                 if last or not halvings:
                     details = levels.unconverged(course) | {"stopped": stopped}
                     return course, {**details, "runs_coarser": coarser_runs, "halved": names}
-            finished, failed = (course, names), 0
+            finished = (course, names)
+            failed = 0
         except (RunError, InputError, MemoryError) as error:
             failed += 1
             # they cannot avoid an error at the start, or one that the response raises itself
@@ -110,7 +116,8 @@ def solve_with_refinement(
                 evaluate = evaluate.refinements()[name]
             names = [*names, *[name] * times]
         halved += max(halvings.values())
-        finer, details = f"finer {' and '.join(halvings)}", evaluate.discretization_in_words()
+        finer = f"finer {' and '.join(halvings)}"
+        details = evaluate.discretization_in_words()
         listener().stage(finer)
         listener().warn(f"{finer}{(f' ({details})' if details else '')}, since {levels.why}")
 
@@ -134,13 +141,16 @@ class Levels:
 
         The error that is `allowed` is in parts of the error bar's width.
         """
-        self.left_out, self.allowed, self.options = left_out, allowed, options
+        self.left_out = left_out
+        self.allowed = allowed
+        self.options = options
         self.known: dict[str, dict[int, OutputErrors]] = {}  # by name and number of halvings
         self.widths: dict[int, np.ndarray] = {}  # of the error bars, by number of halvings
         self.stuck: dict[str, np.ndarray] = {}  # outputs whose error no longer falls, by name
         # which outputs vibrate as no affordable step resolves, and the frequency that is left of
         # each after all affordable halvings, (outputs,)
-        self.waves, self.fastest = np.zeros(1, bool), np.zeros(1)
+        self.waves = np.zeros(1, bool)
+        self.fastest = np.zeros(1)
         self.why = ""  # why something had to be halved last, in words
 
     def needed_halvings(self, course: Adaptation, names: list[str]) -> dict[str, int]:
@@ -148,14 +158,17 @@ class Levels:
 
         The course has the runs on a level, for which `names` have been halved.
         """
-        errors, largest, corrected = {}, {}, {}
+        errors = {}
+        largest = {}
+        corrected = {}
         vanishing = self._vanishing(course.error.component_width, len(names))
         corrections = course.discretization()
         for name, correction in corrections.items():
             before = self.known.setdefault(name, {})
             of_outputs = course.error.of_outputs(correction.error)
             now = OutputErrors(of_outputs, correction.kinds != CorrectedPart.NOTHING)
-            corrected[name], count = now.corrected, names.count(name)
+            corrected[name] = now.corrected
+            count = names.count(name)
             slow, stuck = self._stuck(now, before, count, course.error.missed)
             if name == "step":
                 unresolved, self.waves = self._waves(course, now, slow, count)
@@ -165,7 +178,8 @@ class Levels:
         for name in corrections:
             values = self.known[name][names.count(name)].values
             counted = np.where(self.stuck[name] | self.waves, 0.0, values)
-            errors[name], largest[name] = float(counted.max()), int(counted.argmax())
+            errors[name] = float(counted.max())
+            largest[name] = int(counted.argmax())
         if sum(errors.values()) <= self.allowed:
             return {}
         given = sum(error for name, error in errors.items() if name not in self.left_out)
@@ -202,11 +216,13 @@ class Levels:
 
         Only errors are compared of which both or none are corrected.
         """
-        errors, stuck = now.values, np.zeros(len(now.values), bool)
+        errors = now.values
+        stuck = np.zeros(len(now.values), bool)
         slow = np.zeros(len(errors), bool)
         for fewer, (values, corrected) in before.items():
             error = np.where(corrected == now.corrected, values, np.inf)
-            halvings, resolved = count - fewer, error < self.options.resolved
+            halvings = count - fewer
+            resolved = error < self.options.resolved
             sure = resolved & (errors > self.options.clear * missed) & (halvings >= 2)
             long = (resolved | (missed >= DOUBT)) & (halvings >= self.options.halvings_of_noise)
             falls_slowly = errors > error * self.options.fall_per_halving**halvings
@@ -222,12 +238,14 @@ class Levels:
         Those that it does not resolve yet come first, then those that no affordable step does.
         `slow` are errors that fall too slowly, and `count` the halvings of the step so far.
         """
-        options, none = self.options, np.zeros(len(slow), bool)
+        options = self.options
+        none = np.zeros(len(slow), bool)
         asked = slow & ~now.corrected & (now.values > self.allowed)
         numbers = course.evaluate.description.discretization
         if "step" not in numbers or not asked.any():
             return none, none
-        spectrum, step = course.refinement.spectrum("step", course.dt), numbers["step"]
+        spectrum = course.refinement.spectrum("step", course.dt)
+        step = numbers["step"]
         if not spectrum.resolved:
             return none, none
         lag = spectrum.lag(course.dt * (course.fitted.values.shape[-1] - 1), step)
@@ -244,7 +262,8 @@ class Levels:
 
     def unconverged(self, course: Adaptation) -> dict[str, list[Any]]:
         """Return of which outputs the error is too large, but no longer falls, as attributes."""
-        names, outputs = names_of_outputs(course.labels), []
+        names = names_of_outputs(course.labels)
+        outputs = []
         for part, stuck in self.stuck.items():
             error = self.known[part][max(self.known[part])].values
             named = self.waves if part == "step" else np.zeros_like(self.waves)

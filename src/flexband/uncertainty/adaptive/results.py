@@ -36,7 +36,8 @@ def surrogate_of(course: Adaptation) -> Surrogate:
 
     The course ends: its coefficients may take the memory of its runs.
     """
-    choice, error = course.choice, course.error
+    choice = course.choice
+    error = course.error
     corrections = course.discretization()
     of_mean = growth(0) if course.space.families else 1.0  # without σ, the mean is the error bar
     both = np.stack([of_mean * error.values, error.values])
@@ -91,14 +92,16 @@ def expectations(
     corrections : of the discretization, by name.
     finer_runs : number of runs on finer discretizations.
     """
-    choice, finer = error.choice, {name: part.error for name, part in corrections.items()}
+    choice = error.choice
+    finer = {name: part.error for name, part in corrections.items()}
     integration = error.of_integration
     parts = {"expansion": np.maximum(of_expansion, error.steps) + integration}
     also = {"integration": integration} if choice.carriers.any() else {}
     if finer:
         parts["discretization"] = np.sum(list(finer.values()), axis=0)
     total = np.sum(list(parts.values()), axis=0)
-    trusted, relative = trust(labels, error.missed), error.of_outputs(total)
+    trusted = trust(labels, error.missed)
+    relative = error.of_outputs(total)
     dataset = diagnostics(labels, total, relative, choice.carriers, trusted, choice.frequencies)
     for name, errors in (parts | also).items():
         for band, band_error in zip(("mean", "error_bar"), errors, strict=True):
@@ -202,7 +205,8 @@ def _variables(space: Space) -> list[str]:
 
 def _largest_miss(course: Adaptation) -> str:
     """Return in words which held-out run is missed by the most, and which input is the hardest."""
-    missed, width = course.choice.missed, course.error.width[:, None]
+    missed = course.choice.missed
+    width = course.error.width[:, None]
     run = int(np.argmax([np.max(np.abs(errors) / width) for errors in missed]))
     part = np.abs(missed[run]) / width
     output, time = np.unravel_index(np.argmax(part), part.shape)

@@ -60,7 +60,8 @@ def evaluate_runs(
 def successful_runs(runs: ResponseRuns, needed: int) -> ResponseRuns:
     """Return the runs that did not fail; raise `RunError` if one of the first, needed ones did."""
     good = np.asarray(np.isfinite(runs.values).all(axis=(1, 2)))
-    failed, held = np.flatnonzero(~good[:needed]), good[needed:]
+    failed = np.flatnonzero(~good[:needed])
+    held = good[needed:]
     few = needed and held.sum() < min(MIN_HELD, len(held))
     if len(failed) or few:
         fitted = f"{len(failed)} of {number_of(needed, 'run')} that are fitted"
@@ -86,7 +87,8 @@ class RunBuffer:
         At most so many bytes are `reserved` for all of the budget; they are used once there are
         runs.
         """
-        self.fit_count, size = fitted, max(1, runs.values[0].nbytes)
+        self.fit_count = fitted
+        size = max(1, runs.values[0].nbytes)
         capacity = max(len(runs.values), min(most, reserved // size))
         self.memory = _larger(runs, capacity)
         self.count = len(runs.values)
@@ -104,13 +106,15 @@ class RunBuffer:
         return self.memory.which(slice(self.fit_count, self.count))
 
     def fit(self, new: ResponseRuns) -> None:
-        first, end = self.fit_count, self.fit_count + len(new.values)
+        first = self.fit_count
+        end = self.fit_count + len(new.values)
         self._make_room(len(new.values))
         for array, held, added in zip(self.memory, self.held, new, strict=True):
             for k in reversed(range(len(held))):  # one by one: a copy of all takes memory
                 array[end + k] = held[k]
             array[first:end] = added
-        self.fit_count, self.count = end, self.count + len(new.values)
+        self.fit_count = end
+        self.count = self.count + len(new.values)
 
     def hold(self, new: ResponseRuns) -> None:
         self._make_room(len(new.values))

@@ -121,7 +121,8 @@ class DensityPolynomials:
 
     @cached_property
     def _highest(self) -> int:
-        recurrence, x = self._recurrence(self.max_order), self._sequence
+        recurrence = self._recurrence(self.max_order)
+        x = self._sequence
         for order in range(2, self.max_order + 1, 2):
             values = orthonormal(recurrence, order, x[: order + 1])
             if np.linalg.cond(values) > self.max_condition:

@@ -258,7 +258,8 @@ class HybridExpansion:
 
     def evaluate_in_thread(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return what `evaluate` does, in this thread alone, so that several can work at once."""
-        terms, coefficients = self.terms(xi, eta), self.coefficients
+        terms = self.terms(xi, eta)
+        coefficients = self.coefficients
         values = np.empty((len(terms), coefficients.shape[1]))
         height = 32  # libraries leave products of up to 2¹⁸ multiplications to one thread
         width = max(1, 2**18 // (height * len(coefficients)))
@@ -266,7 +267,8 @@ class HybridExpansion:
         blocks = terms[:whole].reshape(-1, height, terms.shape[1])
         for first in range(0, values.shape[1], width):
             columns = slice(first, first + width)
-            factors, part = coefficients[:, columns], values[:, columns]
+            factors = coefficients[:, columns]
+            part = values[:, columns]
             shape = len(blocks), height, factors.shape[1]
             np.matmul(blocks, factors, out=part[:whole].reshape(shape))
             part[whole:] = terms[whole:] @ factors
@@ -291,7 +293,8 @@ class HybridExpansion:
 
     def size_of(self, which: np.ndarray) -> np.ndarray:
         """Return the sum of the sizes of some terms, shape (series,)."""
-        weight, count = np.sqrt(self.norms)[self.j[which], None], self.coefficients.shape[1]
+        weight = np.sqrt(self.norms)[self.j[which], None]
+        count = self.coefficients.shape[1]
         parts = np.array_split(self.coefficients, max(1, count // 1024), axis=1)
         return np.concatenate([np.abs(part[which] * weight).sum(axis=0) for part in parts])
 

@@ -43,7 +43,8 @@ def bounded_terms(dimension: int, order: int, q_norm: float, most: int) -> np.nd
             for k, size in itertools.takewhile(lambda pair: pair[1] <= remaining, sizes):
                 yield from contained((*orders, k), remaining - size)
 
-    order_tuples, terms = [], 0
+    order_tuples = []
+    terms = 0
     for orders in contained((), 1 + 1e-9):
         order_tuples.append(orders)
         terms += math.comb(dimension, len(orders))

@@ -38,7 +38,8 @@ def cubic_spline(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
     y = np.moveaxis(y, -1, 0)
     dx = np.diff(x).astype(float).reshape(-1, *np.ones(y.ndim - 1, int))
     slope = np.diff(y, axis=0) / dx
-    start, end = x[2] - x[0], x[-1] - x[-3]
+    start = x[2] - x[0]
+    end = x[-1] - x[-3]
     right = np.concatenate(
         [
             ((dx[:1] + 2 * start) * dx[1:2] * slope[:1] + dx[:1] ** 2 * slope[1:2]) / start,
@@ -57,7 +58,8 @@ def cubic_spline(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
     terms = y[:-1], derivative[:-1], (slope - derivative[:-1]) / dx - bend, bend / dx
     piece = np.minimum(np.searchsorted(x, at, side="right") - 1, len(x) - 2)
     s = (at - x[piece]).astype(float).reshape(-1, *np.ones(y.ndim - 1, int))
-    values, power = terms[0][piece], s
+    values = terms[0][piece]
+    power = s
     for term in terms[1:]:
         values = values + term[piece] * power
         power = power * s

@@ -34,14 +34,17 @@ class Recurrence(NamedTuple):
 
 def stieltjes(x: np.ndarray, w: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return a_k and √b_k of the points and weights of a rule, k < count."""
-    a, root = np.zeros(count), np.zeros(count)
-    before, p = np.zeros(len(x)), np.ones(len(x))
+    a = np.zeros(count)
+    root = np.zeros(count)
+    before = np.zeros(len(x))
+    p = np.ones(len(x))
     for k in range(count):
         a[k] = w @ (x * p * p)
         following = (x - a[k]) * p - root[k] * before
         if k + 1 < count:
             root[k + 1] = np.sqrt(w @ following**2)
-            before, p = p, following / root[k + 1]
+            before = p
+            p = following / root[k + 1]
     return a, root
 
 
@@ -66,7 +69,8 @@ def nested_points(
     recurrence: Recurrence, ends: np.ndarray, usual: np.ndarray, count: int
 ) -> np.ndarray:
     """Return at least `count` nested points between ends, a Leja sequence of usual values."""
-    points, symmetric = [0.0], np.abs(recurrence.a).max() < 1e-9
+    points = [0.0]
+    symmetric = np.abs(recurrence.a).max() < 1e-9
     for counts in ((2,), (4, 6), (8,)):  # points that are added together: the first possible
         extensions = (extension(recurrence, points, count) for count in counts)
         possible = [y for y in extensions if _is_possible(y, points, ends)]
@@ -125,7 +129,8 @@ def _is_possible(
 
 def _cubic_pair(recurrence: Recurrence, ends: np.ndarray) -> list[float]:
     """Return two points for the degree 3, which makes their sum E ξ³ = a_1: one of Gauss's."""
-    x, third = gauss(recurrence, 3)[0], recurrence.a[1]
+    x = gauss(recurrence, 3)[0]
+    third = recurrence.a[1]
     pairs = [np.array([third - y, y]) for y in (x[0], x[2])]
     possible = [pair for pair in pairs if _is_possible(pair, [0.0], ends)]
     return (possible[0] if possible else x[[2, 0]]).tolist()

@@ -70,7 +70,8 @@ def random_part(
         matrix = missed = np.ones((1, 1))
         for more in range(order, order + more_orders + 1):
             x, weights = new.gauss(order + more + 2)
-            values, new_values = old.values(order, function(x)), new.values(more, x)
+            values = old.values(order, function(x))
+            new_values = new.values(more, x)
             norms = new.norms(more)
             matrix = (values * weights[:, None]).T @ new_values / norms
             square = weights @ values**2
@@ -91,7 +92,8 @@ def substituted(
     for variable, substitution in substitutions.items():
         if substitution.missed is not None:
             _check_missed(expansion, substitution.missed, expansion.index[:, variable])
-    index, transform = expansion.index, eye_array(len(expansion.index), format="csr")
+    index = expansion.index
+    transform = eye_array(len(expansion.index), format="csr")
     for variable, substitution in substitutions.items():
         orders = index[:, variable]
         matrix = substitution.matrix(int(orders.max(initial=0)))

@@ -71,7 +71,8 @@ def _check_probabilities(
     """Return the probabilities of options, which add up to 1; raise `InputError` for others."""
     if given is None:
         return None
-    name, most_off = "Choice probabilities", 1e-6
+    name = "Choice probabilities"
+    most_off = 1e-6
     values = np.atleast_1d(check_positive(name, check_finite(name, given, rank=None)))
     if values.shape != (len(options),):
         raise InputError(

@@ -25,7 +25,9 @@ from flexband.uncertainty.inputs.inputs import Input, Interval, Numbers
 if TYPE_CHECKING:
     from scipy.stats import rv_continuous
 
-LIGHT, NEAR, FAR = 0.85, 4.0, 7.0
+LIGHT = 0.85
+NEAR = 4.0
+FAR = 7.0
 """Least exponent c of a tail e^{−x^c} that counts as light, between these values of a normal z."""
 
 NO_SCATTER = (
@@ -153,15 +155,19 @@ class Distribution(Input):
 
     def at_normal(self, z: np.ndarray) -> np.ndarray:
         """Return the increasing function of a standard normal z that is distributed so, (n,)."""
-        frozen, below, above = self._frozen, np.minimum(z, 0.0), np.maximum(z, 0.0)
+        frozen = self._frozen
+        below = np.minimum(z, 0.0)
+        above = np.maximum(z, 0.0)
         with warnings.catch_warnings():  # of SciPy's, about quantiles of rare values
             warnings.simplefilter("ignore")
-            low, high = frozen.ppf(ndtr(below)), frozen.isf(ndtr(-above))
+            low = frozen.ppf(ndtr(below))
+            high = frozen.isf(ndtr(-above))
         return np.where(z < 0, low, high)
 
     def to_normal(self, value: np.ndarray) -> np.ndarray:
         """Return z of values, (n,): the inverse of `at_normal`."""
-        below, above = self._frozen.cdf(value), self._frozen.sf(value)
+        below = self._frozen.cdf(value)
+        above = self._frozen.sf(value)
         return np.where(below < 0.5, ndtri(below), -ndtri(above))
 
     def hermite_coefficients(self, order: int, points: int) -> np.ndarray:
@@ -179,7 +185,8 @@ class Distribution(Input):
     @cached_property
     def light(self) -> bool:
         """Whether both tails decrease exponentially or faster, as far as numbers go."""
-        near, far = -np.log(ndtr(-NEAR)), -np.log(ndtr(-FAR))
+        near = -np.log(ndtr(-NEAR))
+        far = -np.log(ndtr(-FAR))
         x = np.abs(self.at_normal(np.array([-FAR, -NEAR, NEAR, FAR])) - self.at_normal(np.zeros(1)))
         least = (far / near) ** (1 / LIGHT)
         return bool(x[0] <= least * x[1] and x[3] <= least * x[2])
@@ -195,7 +202,8 @@ class Distribution(Input):
 
     def value(self, standard: np.ndarray) -> np.ndarray:
         """Return the number, shape (n,), at ξ of shape (n, 1)."""
-        family, xi = self.family, standard[:, 0]
+        family = self.family
+        xi = standard[:, 0]
         if not isinstance(family, DensityPolynomials):
             return self.at_normal(xi)
         mean, std = family.scale
@@ -209,7 +217,8 @@ class Distribution(Input):
         if np.any(outside):
             worst = np.ravel(value)[np.ravel(outside)][0]
             raise InputError(f"values must be from {low:g} to {high:g}; got {worst:g}")
-        value, family = np.clip(value, low, high), self.family
+        value = np.clip(value, low, high)
+        family = self.family
         if isinstance(family, DensityPolynomials):
             return family.standardized(value)
         return self.to_normal(value)

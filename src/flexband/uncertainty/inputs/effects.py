@@ -57,9 +57,11 @@ def without_effect(
     proof if there are pairs of runs at every combination of two values or more of every other
     variable. Samples have no pairs, so that random inputs are then judged together.
     """
-    runs, masks = _Runs.from_values(*points, values), _variables(space)
+    runs = _Runs.from_values(*points, values)
+    masks = _variables(space)
     together = np.arange(len(runs.codes)) < space.random_dimension
-    sure, likely = {}, []
+    sure = {}
+    likely = []
     for name, input_ in space.uncertain.items():
         if isinstance(input_, Interval) and input_.lower == input_.upper:
             continue
@@ -78,14 +80,17 @@ def all_have_effects(
 ) -> bool:
     """Return whether the first few runs, as in `without_effect`, show effects of every input."""
     few = slice(64)
-    runs, masks = _Runs.from_values(points[0][few], points[1][few], values[few]), _variables(space)
+    runs = _Runs.from_values(points[0][few], points[1][few], values[few])
+    masks = _variables(space)
     return all(runs.differ(which) for which in masks.values() if which.any())
 
 
 def probes(space: Space, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
     """Return ξ and η of 2 (1 + inputs) runs: pairs for each of the inputs at two random places."""
-    generator, masks = np.random.default_rng(0), _variables(space)
-    n, m = space.random_dimension, space.interval_dimension
+    generator = np.random.default_rng(0)
+    masks = _variables(space)
+    n = space.random_dimension
+    m = space.interval_dimension
     points = []
     for _ in range(2):
         xi = of_normals(generator.standard_normal((2, n)), space.families)
@@ -121,9 +126,11 @@ class _Runs:
 
     def pairs(self, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the numbers of runs that differ in these variables only: chains of pairs."""
-        rest, key = self.keys[~mask].sum(axis=0), self.keys[mask].sum(axis=0)
+        rest = self.keys[~mask].sum(axis=0)
+        key = self.keys[mask].sum(axis=0)
         order = np.lexsort((key, rest))
-        first, second = order[:-1], order[1:]
+        first = order[:-1]
+        second = order[1:]
         pair = (rest[first] == rest[second]) & (key[first] != key[second])
         return first[pair], second[pair]
 
@@ -137,7 +144,8 @@ class _Runs:
         first, second = self.pairs(mask)
         if not len(first) or not self._equal(first, second):
             return None
-        codes, keys = self.codes[:, first], self.keys[:, first]
+        codes = self.codes[:, first]
+        keys = self.keys[:, first]
         samples = self.random & ~mask
         counts = [len(np.unique(row)) for row in codes[samples]]
         joint = len(np.unique(keys[samples].sum(axis=0)))
@@ -149,10 +157,12 @@ class _Runs:
 
     def _equal(self, first: np.ndarray, second: np.ndarray) -> bool:
         """Return whether pairs of runs have equal values; soon, if the first ones have not."""
-        begin, count = 0, 8
+        begin = 0
+        count = 8
         while begin < len(first):
             a, b = (self.values[runs[begin : begin + count]] for runs in (first, second))
             if np.any(np.abs(a - b) > ROUNDING * np.maximum(np.abs(a), np.abs(b))):
                 return False
-            begin, count = begin + count, min(2 * count, 256)
+            begin = begin + count
+            count = min(2 * count, 256)
         return True

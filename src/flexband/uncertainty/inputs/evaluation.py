@@ -52,7 +52,8 @@ def explain_error(error: Exception, space: Space, xi: np.ndarray, eta: np.ndarra
 
 def inputs_in_words(space: Space, xi: np.ndarray, eta: np.ndarray) -> str:
     """Return the inputs of the only run of a call, or the ranges of those of several."""
-    inputs, count = space.numbers_at(xi, eta).items(), len(xi)
+    inputs = space.numbers_at(xi, eta).items()
+    count = len(xi)
     if count == 1:
         return "inputs of the run: " + ", ".join(f"{n} = {v[0]:.9g}" for n, v in inputs)
     ends = [f"{n} from {v.min():.6g} to {v.max():.6g}" for n, v in inputs]
@@ -61,8 +62,10 @@ def inputs_in_words(space: Space, xi: np.ndarray, eta: np.ndarray) -> str:
 
 def extremes_in_words(values: Mapping[str, np.ndarray], run: int, digits: int) -> str:
     """Return the inputs of a run in words, of many those farthest out; values (runs,) by name."""
-    max_inputs, few_inputs = 6, 4  # inputs that are all named in a sentence; of more, so many are
-    names, out = list(values), []
+    max_inputs = 6
+    few_inputs = 4  # inputs that are all named in a sentence; of more, so many are
+    names = list(values)
+    out = []
     for column in values.values():
         spread = np.ptp(column)
         out.append(abs(column[run] - np.median(column)) / spread if spread else 0.0)
@@ -75,10 +78,12 @@ def extremes_in_words(values: Mapping[str, np.ndarray], run: int, digits: int) -
 
 def _of_other_sign(space: Space, xi: np.ndarray, eta: np.ndarray) -> str:
     """Return which random inputs, or distributions, have a sign that the nominal one has not."""
-    values, nominal = space.values(xi, eta), space.values(*space.nominal())
+    values = space.values(xi, eta)
+    nominal = space.values(*space.nominal())
     sentences = []
     for name, input_ in space.of_kind(random=True).items():
-        middle, run_values = nominal[name], values[name]
+        middle = nominal[name]
+        run_values = values[name]
         if callable(middle) or callable(run_values) or input_.dimension > 1 or not input_.numeric:
             continue
         middle = float(middle[0])

@@ -216,7 +216,8 @@ def number_between(lower: float, upper: float, x: np.ndarray) -> np.ndarray:
 
 def place_between(lower: float, upper: float, value: np.ndarray) -> np.ndarray:
     """Return where values are between two bounds, −1 … 1; 0 if the bounds are equal."""
-    middle, radius = (lower + upper) / 2, (upper - lower) / 2
+    middle = (lower + upper) / 2
+    radius = (upper - lower) / 2
     x = (value - middle) / (radius or 1.0)
     if np.any(np.abs(x) > 1 + 1e-9):
         worst = np.ravel(value)[np.abs(x).argmax()]

@@ -76,8 +76,11 @@ def part_of(space: Space, changes: GivenInputs) -> NarrowedInputs:
     changes = {name: float(c) if is_number(c) else c for name, c in changes.items()}
     first = _numbers_of_variables(space)
     total = space.interval_dimension + space.random_dimension
-    center, radius = np.zeros(total), np.full(total, np.inf)
-    given, owners, substitutions = dict(space.given), dict[str, Input](), {}
+    center = np.zeros(total)
+    radius = np.full(total, np.inf)
+    given = dict(space.given)
+    owners = dict[str, Input]()
+    substitutions = {}
     for name, change in changes.items():
         old = _old(space, name)
         owner, _, parameter = name.rpartition(".")
@@ -129,10 +132,12 @@ def fix_inputs(
     Intervals are fixed at their midpoints, random inputs at their means, and fields at those of
     every position. Correlated inputs have to be fixed together.
     """
-    first, substitutions = _numbers_of_variables(space), {}
+    first = _numbers_of_variables(space)
+    substitutions = {}
     means = {name: input_.mean_or_midpoint() for name, input_ in space.uncertain.items()}
     xi, eta = space.standardized(means)
-    m, families = space.interval_dimension, space.families
+    m = space.interval_dimension
+    families = space.families
     for name in names:
         input_ = space.inputs[name]
         for k in range(first[name], first[name] + input_.dimension):
@@ -147,7 +152,8 @@ def fix_inputs(
 
 def _numbers_of_variables(space: Space) -> dict[str, int]:
     """Return the number of the first variable of every uncertain input, η first."""
-    m, random = space.interval_dimension, space.columns(random=True)
+    m = space.interval_dimension
+    random = space.columns(random=True)
     return space.columns(random=False) | {name: m + k for name, k in random.items()}
 
 
@@ -200,7 +206,8 @@ def _of_interval(old: Interval | Chosen, new: Input, *, keeps: bool) -> Placed:
     if not isinstance(new, Constant | Interval):
         raise InputError(f"must be a number or an Interval within {old!r}; got {value_text(new)}")
     low, high = old.standard(new.value(np.array([[-1.0], [1.0]])))
-    center, radius = (low + high) / 2, (high - low) / 2
+    center = (low + high) / 2
+    radius = (high - low) / 2
     if not (new.dimension or keeps):
         return fixed_interval(center), center, 0.0
     return interval_part(center, radius), center, radius
@@ -245,7 +252,8 @@ def _of_distribution(old: Distribution, new: Input) -> Placed:
 
 
 def _of_field(old: RandomField, new: RandomField) -> list[Placed]:
-    before, after = old.std, new.std
+    before = old.std
+    after = new.std
     changed = [f.name for f in fields(old) if getattr(old, f.name) != getattr(new, f.name)]
     if (
         changed != ["std"]

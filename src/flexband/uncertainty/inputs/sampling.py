@@ -41,7 +41,8 @@ def points_at_ends(
     eta = np.random.default_rng(seed).choice([-1.0, 1.0], (count, intervals))
     normals = latin_hypercube_normals(count, len(families), seed)
     xi = of_normals(np.broadcast_to(normals, (count, len(families))), families)
-    xi[0], eta[0] = 0.0, 0.0
+    xi[0] = 0.0
+    eta[0] = 0.0
     return xi, eta
 
 

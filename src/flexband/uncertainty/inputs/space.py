@@ -114,7 +114,8 @@ class Space:
     @property
     def discs(self) -> tuple[int, ...]:
         """The number of the first η of each pair that is in a disc."""
-        columns, plays = self.columns(random=False), self.plays.items()
+        columns = self.columns(random=False)
+        plays = self.plays.items()
         return tuple(columns[name] for name, pair in plays if pair.in_disc)
 
     @property
@@ -283,7 +284,8 @@ def check_names(response: ResponseFunction, inputs: GivenInputs) -> None:
         raise InputError(f"inputs must name at least one uncertain input; got {value_text(inputs)}")
     names = space.arguments
     if isinstance(response, np.ufunc):
-        ufunc, arguments = response.__name__, ", ".join(names)
+        ufunc = response.__name__
+        arguments = ", ".join(names)
         raise InputError(
             f"response must take every input by name; numpy.{ufunc} takes them by position: write "
             f"lambda {arguments}: np.{ufunc}({arguments})"

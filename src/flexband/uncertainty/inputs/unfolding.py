@@ -78,7 +78,8 @@ def cases(inputs: GivenInputs) -> dict[str, dict[str, GivenInput]]:
     """Return the inputs of every combination of options by its label, such as ``"steel, 3"``."""
     max_cases = 1000  # combinations of options, each of which has an expansion of its own
     check_instance("inputs", inputs, Mapping, "a dict of names and inputs")
-    choices, inputs_by_label = choices_of(inputs), {}
+    choices = choices_of(inputs)
+    inputs_by_label = {}
     combined = list(product(*(choice.options for choice in choices.values())))
     if len(combined) > max_cases:
         raise InputError(

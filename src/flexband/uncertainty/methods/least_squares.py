@@ -130,7 +130,8 @@ class RegressionPCCI(ExpansionMethod):
         are off by is that of the other methods.
         `trusted` is false for outputs of which more than half of the variation is missed.
         """
-        index, m = self.index(space), space.interval_dimension
+        index = self.index(space)
+        m = space.interval_dimension
         known = evaluate.earlier_runs(self.fitted_runs(space) // 2)
         new = self.fitted_runs(space) - len(known[0])
         points = nested_points(new, m, space.families, self.seed, space.discs)
@@ -142,7 +143,8 @@ class RegressionPCCI(ExpansionMethod):
             values.values[new:] = earlier
         good = np.isfinite(series(values)).all(axis=(1, 2))
         if not good.all():
-            values, points = values[good], (points[0][good], points[1][good])
+            values = values[good]
+            points = (points[0][good], points[1][good])
         if len(values) <= len(index):
             raise RunError(
                 f"{are(len(values), 'run')} left, too few for {number_of(len(index), 'term')}", {}

@@ -73,7 +73,8 @@ class Evaluate(ABC):
 
 def quantities(evaluate: Evaluate, outputs: int) -> Quantities:
     """Return of which vector or tensor each output is a component."""
-    names, tensors = evaluate.description.quantities, evaluate.description.tensors
+    names = evaluate.description.quantities
+    tensors = evaluate.description.tensors
     if len(names) != outputs:
         return Quantities.alone(outputs)
     return Quantities(np.unique(names, return_inverse=True)[1], np.isin(names, tensors))
@@ -176,7 +177,8 @@ class UserMethod(Method):
     """
 
     def __init__(self, method: Any) -> None:
-        self.method, self.name = method, method.name
+        self.method = method
+        self.name = method.name
         for name in ("chooses_discretization", "skips_failed", "copies", "copies_per_carrier"):
             setattr(self, name, getattr(method, name, getattr(Method, name)))
 

@@ -121,7 +121,8 @@ class PerturbationChebyshev(ExpansionMethod):
         values = evaluate(*points)
         flat = values.values.reshape(len(values), -1)
         chebyshev = [np.linalg.inv(chebyshev_values(len(x) - 1, x)) for x in nodes]
-        n, terms = space.random_dimension, tensor_index(orders)
+        n = space.random_dimension
+        terms = tensor_index(orders)
         first = np.eye(n + 1, n, -1, dtype=int)  # the constant, and order 1 in each ξ
         index = np.hstack([np.repeat(terms, n + 1, axis=0), np.tile(first, (len(terms), 1))])
         coefficients = transformed(flat, [*chebyshev, linear])
@@ -144,14 +145,18 @@ class PerturbationChebyshev(ExpansionMethod):
         These are the coefficients of 1 and of every P_1(ξ_i), (1 + n, 1 + 2n), and
         ½ ∂²u/∂ξ_i² Var ξ_i, (n, 1 + 2n). P_1 is a (ξ − E ξ), with Var ξ = γ_1 / a².
         """
-        families, n = space.families, space.random_dimension
+        families = space.families
+        n = space.random_dimension
         mean = np.array([family.gauss(1)[0][0] for family in families])
         a = np.array(
             [np.diff(family.values(1, np.array([0.0, 1.0]))[:, 1])[0] for family in families]
         )
         h = self.step * np.sqrt([family.norms(1)[1] for family in families]) / np.abs(a)
-        ahead, behind = mean + np.diag(h), mean - np.diag(h)
-        center, zero, identity = mean.reshape(1, n), np.zeros((n, 1)), np.eye(n)
+        ahead = mean + np.diag(h)
+        behind = mean - np.diag(h)
+        center = mean.reshape(1, n)
+        zero = np.zeros((n, 1))
+        identity = np.eye(n)
         slope = identity / (2 * h * a)
         linear = np.block([[np.eye(1), zero.T, zero.T], [zero, slope, -slope]])
         bend = np.hstack([zero - 1, identity / 2, identity / 2]) / self.step**2

@@ -51,7 +51,8 @@ class Scanning(Method):
 
     def advice(self, space: Space, most_runs: int) -> str:
         """Return which samples and points take at most so many runs, as text."""
-        m, sampled = space.interval_dimension, space.random_dimension > 0
+        m = space.interval_dimension
+        sampled = space.random_dimension > 0
         most = most_runs // (self.samples if sampled else 1)
         largest = min(self.points, int(most ** (1 / m)) + 1) if m else self.points
         points = next((p for p in range(largest, 1, -1) if p**m <= most), 2)
@@ -75,7 +76,8 @@ class Scanning(Method):
 
         Its squares are moved into discs where there are plays.
         """
-        n, m = space.random_dimension, space.interval_dimension
+        n = space.random_dimension
+        m = space.interval_dimension
         xi = of_normals(self.normals(n) if n else np.zeros((1, 0)), space.families)
         eta = in_discs(tensor_points([np.linspace(-1, 1, self.points)] * m), space.discs)
         values = evaluate(np.tile(xi, (len(eta), 1)), np.repeat(eta, len(xi), axis=0))
@@ -105,7 +107,8 @@ class Scanning(Method):
 
 def of_intervals(space: Space, eta: np.ndarray) -> str:
     """Return the values of the interval inputs at a point η as text."""
-    values, random = space.numbers_at(space.nominal()[0], eta[None]), space.of_kind(random=True)
+    values = space.numbers_at(space.nominal()[0], eta[None])
+    random = space.of_kind(random=True)
     return ", ".join(f"{k} = {column[0]:.6g}" for k, column in values.items() if k not in random)
 
 

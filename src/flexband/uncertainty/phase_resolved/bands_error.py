@@ -122,7 +122,8 @@ def error_of_bands(
 
     It follows from the error of the expansion in held-out runs.
     """
-    intervals, random = len(design.nodes), len(design.families)
+    intervals = len(design.nodes)
+    random = len(design.families)
     if not intervals + random:
         return np.stack([error.values, error.values])
     missed = error.choice.missed
@@ -133,12 +134,14 @@ def error_of_bands(
     mean, std = error.moments(eta)
     parts = np.zeros((2, len(square)))
     if intervals:
-        of_intervals, some = square[:, :intervals], in_time[:, error.times]
+        of_intervals = square[:, :intervals]
+        some = in_time[:, error.times]
         missed = np.sqrt(design.of_intervals(eta) @ of_intervals.T)[..., None] * some
         # lower and upper end of interval mean and error bar: which of μ + cσ, which bound of it
         for k, ends in enumerate((((0, 0), (0, 1)), ((1, 0), (2, 1)))):
             for which, bound in ends:
-                extremes, side = error.extremes[which], 2 * bound - 1
+                extremes = error.extremes[which]
+                side = 2 * bound - 1
                 beyond = side * (mean + SIGMAS[which] * std)
                 rise = (beyond + missed).max(axis=0)
                 rise -= np.maximum(side * extremes.values[bound], beyond.max(axis=0))

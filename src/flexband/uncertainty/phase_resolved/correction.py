@@ -46,7 +46,8 @@ def corrected_choice(
     dt : step of the times, if there are carriers.
     """
     fitted, held = runs
-    design, refinement = LinearDesign.from_runs(fitted, space.families), Refinement(evaluate, 0.0)
+    design = LinearDesign.from_runs(fitted, space.families)
+    refinement = Refinement(evaluate, 0.0)
     few = ResponseRuns(*(v[design.rows] for v in fitted))
     corrections = refinement.corrections(CoarseRuns(few, held, design.small), error, dt)
     dataset = expectations(labels, error, of_expansion, corrections, evaluate, refinement.finer)

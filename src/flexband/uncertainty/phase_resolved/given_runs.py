@@ -33,21 +33,27 @@ def corrected_expansion(
     The error of the expansion is what the method expects, if it does, or what it misses in runs
     that are made and held out here. Runs and nodes are as of `Evaluate.corrected`.
     """
-    space, labels, fitted = surrogate.space, surrogate.labels, ResponseRuns(*runs)
-    m, families = space.interval_dimension, space.families
+    space = surrogate.space
+    labels = surrogate.labels
+    fitted = ResponseRuns(*runs)
+    m = space.interval_dimension
+    families = space.families
     check_no_play(space, "correct=True")
     held = evaluate_runs(evaluate, *generic_points(0, HELD, m, families))
     if len(held.values) < MIN_HELD:
         raise RunError("most of the runs that are held out of the correction failed", {})
     (expansion,) = surrogate.expansions
     count = len(expansion.outputs)
-    columns, parts = PartColumns.from_outputs(count, 0), expansion.hybrid
+    columns = PartColumns.from_outputs(count, 0)
+    parts = expansion.hybrid
     fit = PartsFit(np.arange(count), parts, columns, [], len(fitted.values))
     choice = BestFits.from_fits([fit], fitted, held, len(held.values), RareRuns.none(held))
-    F, units = np.concatenate([fitted.values, held.values]), units_of(labels)
+    F = np.concatenate([fitted.values, held.values])
+    units = units_of(labels)
     components = quantities(evaluate, count)
     error = ExpectedError.from_choice(choice, len(held.values), F, 1.0, m, units, components)
-    diagnostics, bands = surrogate.diagnostics, ("mean_expected_error", "error_bar_expected_error")
+    diagnostics = surrogate.diagnostics
+    bands = ("mean_expected_error", "error_bar_expected_error")
     if bands[0] in diagnostics:
         both = np.stack([diagnostics[band].values.reshape(count, -1) for band in bands])
     elif nodes is not None:

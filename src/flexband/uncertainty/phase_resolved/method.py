@@ -70,7 +70,8 @@ class PhaseResolvedPCCI(ImprovedPCCI):
     interval_order: Order = 1
 
     name = "phase-resolved PCCI"
-    copies, copies_per_carrier = 3.5, 7.5
+    copies = 3.5
+    copies_per_carrier = 7.5
 
     def runs(self, space: Space) -> int:
         """Return Π (k+1) Π (q+1) + 4, and with random inputs 2 more."""
@@ -131,7 +132,8 @@ def _rare_runs(error: ExpectedError, space: Space, evaluate: Evaluate) -> RareRu
 
     Those that fail tell nothing.
     """
-    slopes, m = error.slopes(space.families), space.interval_dimension
+    slopes = error.slopes(space.families)
+    m = space.interval_dimension
     options = RareValueOptions(max_slopes=1)
     rare = RareValues.along_slopes(slopes, space.families, m, options=options)
     runs = ResponseRuns(rare.xi, rare.eta, series(evaluate(rare.xi, rare.eta)))

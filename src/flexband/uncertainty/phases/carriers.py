@@ -127,7 +127,8 @@ def split(
 
     def solve(block: int) -> None:
         rows = slice(block * lanes, (block + 1) * lanes)
-        signals, waves = np.zeros((outputs, times, lanes)), np.ones((3, times, lanes))
+        signals = np.zeros((outputs, times, lanes))
+        waves = np.ones((3, times, lanes))
         signals[..., : len(F[rows])] = np.moveaxis(F[rows], 0, -1)
         for wave, values in zip(waves[1:], (np.cos(psi[rows]), np.sin(psi[rows])), strict=True):
             wave[:, : len(values)] = values.T
@@ -158,10 +159,13 @@ def split_windows(F, waves, kernels, at, fitted):
     fitted : what is filled, (outputs, windows, 3, lanes).
     """
     outputs, times, lanes = F.shape
-    half, powers = kernels.shape[1] // 2, (len(kernels) + 1) // 2
-    size, ridge = 3 * powers, 1e-9 * sum_of(kernels[0])
+    half = kernels.shape[1] // 2
+    powers = (len(kernels) + 1) // 2
+    size = 3 * powers
+    ridge = 1e-9 * sum_of(kernels[0])
     # products of two waves, and every output times each wave and itself, lane after lane
-    products, signals = np.empty((times, 6 * lanes)), np.empty((times, 4 * outputs * lanes))
+    products = np.empty((times, 6 * lanes))
+    signals = np.empty((times, 4 * outputs * lanes))
     for t in range(times):
         for a in range(3):
             for b in range(a + 1):
@@ -173,15 +177,21 @@ def split_windows(F, waves, kernels, at, fitted):
             _multiply(F[o, t], F[o, t], signals[t, (4 * o + 3) * lanes :])
     of_products = np.empty((len(kernels), products.shape[1]))
     of_signals = np.empty((powers, signals.shape[1]))
-    factor, solution, rest = np.empty((size, size, lanes)), np.empty((size, lanes)), np.empty(lanes)
+    factor = np.empty((size, size, lanes))
+    solution = np.empty((size, lanes))
+    rest = np.empty(lanes)
     for k in range(len(at)):
-        first, last = max(0, at[k] - half), min(times, at[k] + half + 1)
+        first = max(0, at[k] - half)
+        last = min(times, at[k] + half + 1)
         window = kernels[:, first - at[k] + half : last - at[k] + half]
         multiply(window, products[first:last], of_products)
         multiply(window, signals[first:last], of_signals)
         for row in range(size):
             for column in range(row + 1):
-                a, p, b, q = row // powers, row % powers, column // powers, column % powers
+                a = row // powers
+                p = row % powers
+                b = column // powers
+                q = column % powers
                 product = a * (a + 1) // 2 + b
                 copy(factor[row, column], of_products[p + q, product * lanes :])
             for n in range(lanes):
@@ -194,9 +204,11 @@ def split_windows(F, waves, kernels, at, fitted):
                 copy(solution[row], of_signals[row % powers, place:])
             _substitute(factor, solution, rest)
             for n in range(lanes):
-                cosine, sine = solution[powers, n], solution[2 * powers, n]
+                cosine = solution[powers, n]
+                sine = solution[2 * powers, n]
                 energy = (cosine**2 + sine**2) / 2 * of_products[0, n]
-                fitted[o, k, 0, n], fitted[o, k, 1, n] = cosine, sine
+                fitted[o, k, 0, n] = cosine
+                fitted[o, k, 1, n] = sine
                 fitted[o, k, 2, n] = energy / max(energy + max(rest[n], 0.0), 1e-300)
 
 

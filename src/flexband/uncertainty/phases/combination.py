@@ -31,10 +31,8 @@ Parts = tuple[HybridExpansion, PartColumns]
 
 def _of_one(expansion: Expansion, weights: np.ndarray) -> Parts:
     """Return the parts of combinations of the outputs of one expansion."""
-    parts, columns = (
-        expansion.hybrid,
-        PartColumns.from_outputs(weights.shape[1], expansion.carriers),
-    )
+    parts = expansion.hybrid
+    columns = PartColumns.from_outputs(weights.shape[1], expansion.carriers)
     rows = parts.coefficients.reshape(len(parts.index), columns.width, -1)
     base, carriers = columns.unpack(rows.reshape(len(rows), -1))
     blocks = [weights @ base]

@@ -53,7 +53,8 @@ def decompose(
     memory of the runs with c carriers. Those that are released by the caller are not kept.
     """
     yield Stage([], F)
-    separation, least = Separation(F, dt, options), 0.0
+    separation = Separation(F, dt, options)
+    least = 0.0
     while F.shape[-1] >= options.min_times and len(separation.carriers) < options.max_carriers:
         energy, varying = spectra(separation.rest, separation.scale)
         least = least if separation.carriers else options.min_energy * varying.sum()
@@ -85,7 +86,8 @@ def follow(
         if multiple > 1 and np.allclose(psi, multiple * phases[0], rtol=1e-9):
             carrier = separation.harmonic(frequency, multiple)
         else:
-            carrier, multiple = separation.tracked(frequency, psi, options.passes), 0
+            carrier = separation.tracked(frequency, psi, options.passes)
+            multiple = 0
         if carrier is None:
             return None
         separation.separate(carrier, multiple)
@@ -96,7 +98,10 @@ class Separation:
     """Runs from which carriers are separated one after the other; `align` is as of `track`."""
 
     def __init__(self, F: np.ndarray, dt: float, options: CarrierOptions, *, align: bool = True):
-        self.rest, self.dt, self.options, self.align = F, dt, options, align
+        self.rest = F
+        self.dt = dt
+        self.options = options
+        self.align = align
         scale = np.sqrt([np.mean(series.var(axis=-1)) for series in np.moveaxis(F, 1, 0)])
         self.scale = np.where(scale > 0, scale, 1.0)  # the size of each output, (outputs,)
         self.carriers: list[Carrier] = []
@@ -155,7 +160,8 @@ def detect(
     b f], if it is twice the energy of the neighbouring bands. The frequency in a run is the centre
     of its energy in [f/1.25, 1.25 f]. `spectra` returns the energy and what varies.
     """
-    frequency, ratio = np.fft.rfftfreq(times, dt), options.band_ratio
+    frequency = np.fft.rfftfreq(times, dt)
+    ratio = options.band_ratio
     summed = np.concatenate([[0.0], np.cumsum(varying)])
 
     def band(f: np.ndarray) -> np.ndarray:
@@ -184,8 +190,10 @@ def spectra(F: np.ndarray, scale: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     applied.
     """
     runs, _, times = F.shape
-    x, window = np.linspace(-1, 1, times), np.hanning(times)
-    energy, varying = np.zeros((runs, times // 2 + 1)), np.zeros(times // 2 + 1)
+    x = np.linspace(-1, 1, times)
+    window = np.hanning(times)
+    energy = np.zeros((runs, times // 2 + 1))
+    varying = np.zeros(times // 2 + 1)
     for G, size in zip(np.moveaxis(F, 1, 0), scale, strict=True):
         bent = G - G.mean(axis=-1, keepdims=True)
         bent -= (G @ x / (x @ x))[:, None] * x

@@ -129,16 +129,21 @@ def _search(
 
     `index` has the orders of the polynomials in η for smooth moments.
     """
-    m, orders, reach = terms.interval_dimension, terms.orders, terms.reach()
+    m = terms.interval_dimension
+    orders = terms.orders
+    reach = terms.reach()
     polynomials = MomentPolynomials.from_index(index)
-    expansion, smooth = polynomials.expansion, polynomials.coefficients(terms)
+    expansion = polynomials.expansion
+    smooth = polynomials.coefficients(terms)
     size = np.maximum(smooth.max(axis=0), -smooth.min(axis=0))
     matter = np.any(size > SEARCH.negligible_coefficient * size.max(axis=0), axis=1)
     points, beside = scan_points(2 * orders[:m], reach[:m] * (not terms.saturated))
     basis = np.ascontiguousarray(expansion.chebyshev(points)[:, expansion.i[matter]])
     if not matter.all():
-        smooth, index = _compress(smooth, matter), index[matter]
-    scan, moments = (basis, points, beside), (terms.moments, terms.turning)
+        smooth = _compress(smooth, matter)
+        index = index[matter]
+    scan = (basis, points, beside)
+    moments = (terms.moments, terms.turning)
     values = np.empty((len(targets), outputs, len(smooth)))
     places = np.empty((*values.shape, m))
     search(smooth, index, *scan, *moments, targets, SEARCH.descents, values, places)

@@ -36,7 +36,8 @@ class Sizes(NamedTuple):
         """
         order, first = _group_rows(index)
         size = np.stack([np.add.reduceat(column[order], first) for column in columns], axis=1)
-        orders, there = index[order[first]], size.any(axis=1)
+        orders = index[order[first]]
+        there = size.any(axis=1)
         return Sizes(orders[there], size[there])
 
     def plus(self, other: Sizes) -> Sizes:
@@ -47,13 +48,15 @@ class Sizes(NamedTuple):
     def times(self, other: Sizes) -> Sizes:
         """Return the sizes of the largest coefficients of a product."""
         both = (self.orders > 0).astype(float) @ (other.orders > 0).T.astype(float)
-        half, matter = 0.5**both, np.zeros(both.shape, bool)
+        half = 0.5**both
+        matter = np.zeros(both.shape, bool)
         columns = list(zip(self.size.T, other.size.T, strict=True))
         for a, b in columns:
             size = a[:, None] * b * half
             matter |= size > 1e-3 * MOMENTS.negligible_term * size.max(initial=0.0)
         first, second = np.nonzero(matter)
-        index, factor = self.orders[first] + other.orders[second], half[matter]
+        index = self.orders[first] + other.orders[second]
+        factor = half[matter]
         sizes = (a[first] * b[second] * factor for a, b in columns)
         return Sizes.from_index(index, sizes).largest(2 * MOMENTS.max_terms)
 
@@ -103,7 +106,8 @@ def moment_orders(blocks: Sequence[PartTerms]) -> list[np.ndarray]:
         variance.size / np.where(scattering > 0, scattering, 1.0),
     ]
     orders = np.concatenate([mean.orders, variance.orders])
-    part, interval_index = np.concatenate(parts).T, terms.expansion.interval_index
+    part = np.concatenate(parts).T
+    interval_index = terms.expansion.interval_index
     needed = part > MOMENTS.negligible_term
     return [_with_lower(interval_index, orders[chosen]) for chosen in needed]
 
@@ -127,7 +131,8 @@ def _sizes(terms: PartTerms) -> np.ndarray:
     Of the four rows, the third has the terms that also have η; without turning parts it is zero,
     and so is the last.
     """
-    index, columns = terms.expansion.index[:, : terms.interval_dimension], terms.columns
+    index = terms.expansion.index[:, : terms.interval_dimension]
+    columns = terms.columns
     random = np.any(terms.random_orders > 0, axis=1)
     rms = np.abs(terms.coefficients) * np.sqrt(terms.expansion.norms)[terms.expansion.j, None]
     phase = random * rms[:, :, columns.phases].max(axis=(0, 2), initial=0.0)
@@ -145,7 +150,9 @@ def _sizes(terms: PartTerms) -> np.ndarray:
 def _of_exponential(mixed: Sizes) -> Sizes:
     """Return sizes of the coefficients of E e^{iφ̃}."""
     unit = Sizes(np.zeros((1, mixed.orders.shape[1]), int), np.ones((1, mixed.size.shape[1])))
-    total, power, before = unit, unit, 1.0
+    total = unit
+    power = unit
+    before = 1.0
     factor = 1.0  # k!!
     for k in range(1, MOMENTS.max_powers):
         power = power.times(mixed)

@@ -33,7 +33,8 @@ def mean_and_std(table: np.ndarray, columns: MomentColumns) -> tuple[np.ndarray,
 
     def turned(real: int, imag: int, angles: np.ndarray) -> np.ndarray:
         count = angles.shape[-1]
-        re, im = blocks[..., real : real + count], blocks[..., imag : imag + count]
+        re = blocks[..., real : real + count]
+        im = blocks[..., imag : imag + count]
         return np.sum(re * np.cos(angles)[..., None, :] - im * np.sin(angles)[..., None, :], -1)
 
     mean = blocks[..., columns.mean] + turned(columns.mean_real, columns.mean_imag, phases)
@@ -61,11 +62,14 @@ def moment_arrays(outputs, carriers, turns):
 @compiled
 def section(sections, t, e, rows):
     """Fill the coefficients of Ψ_j at one time and η, (N, parts), from those of all terms."""
-    coefficients, phi = sections.coefficients[t], sections.phi[e]
-    interval_term, random_term = sections.interval_term, sections.random_term
+    coefficients = sections.coefficients[t]
+    phi = sections.phi[e]
+    interval_term = sections.interval_term
+    random_term = sections.random_term
     rows[:] = 0.0
     for k in range(len(interval_term)):
-        j, factor = random_term[k], phi[interval_term[k]]
+        j = random_term[k]
+        factor = phi[interval_term[k]]
         for p in range(rows.shape[1]):
             rows[j, p] += factor * coefficients[k, p]
 
@@ -73,7 +77,8 @@ def section(sections, t, e, rows):
 @compiled
 def squares(rows, norms, parts, base, square):
     """Fill Var b and E|Z_c|² by their closed forms."""
-    base[:], square[:] = 0.0, 0.0
+    base[:] = 0.0
+    square[:] = 0.0
     for j in range(len(norms)):
         for o in range(parts.outputs):
             base[o] += norms[j] * rows[j, o] ** 2 if j else 0.0
@@ -95,12 +100,14 @@ def fill(rows, parts, columns, turning, mean, base, first, square, second, row):
     second : E of the products of each row of `turning`, shape (outputs, turns).
     """
     for o in range(columns.outputs):
-        block, A = row[o * columns.block : (o + 1) * columns.block], first[o]
+        block = row[o * columns.block : (o + 1) * columns.block]
+        A = first[o]
         block[columns.mean] = rows[0, o] + mean[o]
         block[columns.variance] = base[o] - mean[o] ** 2
         for c in range(columns.carriers):
             block[columns.variance] += 0.5 * (square[o, c] - A[c].real ** 2 - A[c].imag ** 2)
-            block[columns.mean_real + c], block[columns.mean_imag + c] = A[c].real, A[c].imag
+            block[columns.mean_real + c] = A[c].real
+            block[columns.mean_imag + c] = A[c].imag
         for k in range(columns.turns):
             c, d, s = turning[k]
             if s == 0:
@@ -109,7 +116,8 @@ def fill(rows, parts, columns, turning, mean, base, first, square, second, row):
                 G = (second[o, k] - A[c] * A[d]) * (0.5 if c == d else 1.0)
             else:
                 G = second[o, k] - A[c] * np.conj(A[d])
-            block[columns.turn_real + k], block[columns.turn_imag + k] = G.real, G.imag
+            block[columns.turn_real + k] = G.real
+            block[columns.turn_imag + k] = G.imag
     for c in range(columns.carriers):
         row[columns.phase + c] = rows[0, parts.phase + c * parts.block]
 
@@ -144,14 +152,17 @@ def average(rows, psi, weights, parts, turning, work, mean, base, first, square,
         for q in range(len(weights)):
             b[q] -= rows[0, o]
             wb[q] = weights[q] * b[q]
-        mean[o], base[o] = product(weights, b), product(wb, b)
+        mean[o] = product(weights, b)
+        base[o] = product(wb, b)
         for c in range(parts.carriers):  # u = re + i im
             at = c * parts.block + o
-            x, y = values[parts.real + at], values[parts.imag + at]
+            x = values[parts.real + at]
+            y = values[parts.imag + at]
             for q in range(len(weights)):
                 re[c, q] = x[q] * cos[c, q] - y[q] * sin[c, q]
                 im[c, q] = x[q] * sin[c, q] + y[q] * cos[c, q]
-                w_re[c, q], w_im[c, q] = weights[q] * re[c, q], weights[q] * im[c, q]
+                w_re[c, q] = weights[q] * re[c, q]
+                w_im[c, q] = weights[q] * im[c, q]
             first[o, c] = complex(product(weights, re[c]), product(weights, im[c]))
             square[o, c] = product(w_re[c], re[c]) + product(w_im[c], im[c])
         for k in range(len(turning)):
@@ -171,7 +182,8 @@ def by_points(sections, psi, weights, parts, columns, turning, table):
     The sections have parts of the columns `parts`; `psi` is Ψ at points of ξ, (N, points).
     """
     times, _, width = sections.coefficients.shape
-    rows, work = np.empty((len(psi), width)), workspace(width, len(weights), parts.carriers)
+    rows = np.empty((len(psi), width))
+    work = workspace(width, len(weights), parts.carriers)
     mean, base, first, square, second = moment_arrays(parts.outputs, parts.carriers, len(turning))
     for t in range(times):
         for e in range(len(sections.phi)):

@@ -78,5 +78,7 @@ class SecondRuleOptions(NamedTuple):
     repetitions: int = 4
 
 
-MOMENTS, SEARCH, SECOND_RULE = MomentOptions(), PhaseSearchOptions(), SecondRuleOptions()
+MOMENTS = MomentOptions()
+SEARCH = PhaseSearchOptions()
+SECOND_RULE = SecondRuleOptions()
 """Numba takes the fields of global tuples as constants."""

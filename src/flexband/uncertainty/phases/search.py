@@ -38,12 +38,17 @@ def search(
     starts : number of points, the lowest of those not above their neighbours, to descend from.
     """
     times, terms, width = smooth.shape
-    m, block, carriers = points.shape[1], columns.block, columns.carriers
+    m = points.shape[1]
+    block = columns.block
+    carriers = columns.carriers
     scanned = np.empty((len(points), width))
-    mean, std, aim = np.empty(len(points)), np.empty(len(points)), np.empty(len(points))
+    mean = np.empty(len(points))
+    std = np.empty(len(points))
+    aim = np.empty(len(points))
     chosen = np.empty((terms, block + carriers))
     turns = np.empty((len(points), columns.turns), np.complex128)
-    best, which = np.empty(starts), np.empty(starts, np.int64)
+    best = np.empty(starts)
+    which = np.empty(starts, np.int64)
     eta = np.empty(m)
     for t in range(times):
         multiply(basis, smooth[t], scanned)
@@ -87,11 +92,13 @@ def _turn(phases, turning, turns):
 @compiled
 def _moments(v, turns, columns):
     """Return μ and σ² of the smooth moments of an output."""
-    mean, variance = v[columns.mean], v[columns.variance]
+    mean = v[columns.mean]
+    variance = v[columns.variance]
     for c in range(columns.carriers):
         mean += v[columns.mean_real + c] * turns[c].real - v[columns.mean_imag + c] * turns[c].imag
     for k in range(columns.turns):
-        re, im = v[columns.turn_real + k], v[columns.turn_imag + k]
+        re = v[columns.turn_real + k]
+        im = v[columns.turn_imag + k]
         variance += re * turns[k].real - im * turns[k].imag
     return mean, variance
 
@@ -99,26 +106,33 @@ def _moments(v, turns, columns):
 @compiled
 def _descend(chosen, index, columns, turning, c, sign, eta):
     """Move η to a nearby minimum of sign (μ + c σ) by quasi-Newton steps; return the minimum."""
-    m, highest = len(eta), largest(index.flat, 0, index.size)
+    m = len(eta)
+    highest = largest(index.flat, 0, index.size)
     work = (
         np.empty((3, highest + 1, m, 1)),
         np.empty((1 + m, len(index))),
         np.empty((1 + m, chosen.shape[1])),
     )
-    gradient, new_gradient, trial = np.empty(m), np.empty(m), np.empty(m)
-    moved, along = np.empty(m), np.empty(m)
+    gradient = np.empty(m)
+    new_gradient = np.empty(m)
+    trial = np.empty(m)
+    moved = np.empty(m)
+    along = np.empty(m)
     best = _value(chosen, index, columns, turning, c, sign, eta, work, gradient)
-    square, hessian = 0.0, np.zeros((m, m))
+    square = 0.0
+    hessian = np.zeros((m, m))
     for a in range(m):
         square += gradient[a] ** 2
     for a in range(m):
         hessian[a, a] = np.sqrt(square) / SEARCH.first_step + 1e-300
-    reach, fresh = 1.0, True
+    reach = 1.0
+    fresh = True
     for _ in range(SEARCH.max_steps):
         if not step(eta, gradient, hessian, reach, trial) > SEARCH.min_relative_gain * abs(best):
             break
         value = _value(chosen, index, columns, turning, c, sign, trial, work, new_gradient)
-        curve, bend = 0.0, 0.0
+        curve = 0.0
+        bend = 0.0
         for a in range(m):
             moved[a] = trial[a] - eta[a]
             along[a] = new_gradient[a] - gradient[a]
@@ -131,7 +145,8 @@ def _descend(chosen, index, columns, turning, c, sign, eta):
                 fresh = False
             _update(hessian, moved, along, curve)
         if value < best:
-            best, reach = value, 1.0
+            best = value
+            reach = 1.0
             copy(eta, trial)
             copy(gradient, new_gradient)
         else:
@@ -143,7 +158,8 @@ def _descend(chosen, index, columns, turning, c, sign, eta):
 def _update(hessian, moved, along, curve):
     """Update an estimate of the Hessian by the change of the gradient (BFGS)."""
     m = len(moved)
-    image, inner = np.zeros(m), 0.0
+    image = np.zeros(m)
+    inner = 0.0
     for a in range(m):
         for b in range(m):
             image[a] += hessian[a, b] * moved[b]
@@ -172,13 +188,15 @@ def _value(chosen, index, columns, turning, c, sign, eta, work, gradient):
     std = np.sqrt(max(variance, 0.0))
     per_std = 0.5 * c / std if std > 0 else 0.0
     for a in range(m):
-        d, v = rows[1 + a], rows[0]
+        d = rows[1 + a]
+        v = rows[0]
         phase_slope = d[columns.block :]
         mean_slope, slope = _moments(d, turns, columns)
         for k in range(columns.turns):
             carrier, other, s = turning[k]
             turned = phase_slope[carrier] + (s * phase_slope[other] if s else 0.0)
-            re, im = turns[k].real * turned, turns[k].imag * turned  # e^{iψ} ψ′, to be times i
+            re = turns[k].real * turned
+            im = turns[k].imag * turned  # e^{iψ} ψ′, to be times i
             slope -= v[columns.turn_real + k] * im + v[columns.turn_imag + k] * re
             if s == 0:
                 mean_slope -= (

@@ -106,7 +106,8 @@ class PartTerms:
 
         These are values at some times and η, at x along each axis and in some directions.
         """
-        n, m = len(self.normal), self.interval_dimension
+        n = len(self.normal)
+        m = self.interval_dimension
         step = 1e-4
         x = _far_normals(n)
         eta = corners(m)
@@ -161,7 +162,8 @@ class PartTerms:
         affordable.
         """
         expansion = self.expansion
-        families, norms = expansion.families, expansion.norms
+        families = expansion.families
+        norms = expansion.norms
         table = np.empty((len(self.coefficients), len(eta), self.moments.width))
         phi = np.ascontiguousarray(expansion.chebyshev(eta))  # loops are compiled for one layout
         sections = Sections(self.coefficients, expansion.i, expansion.j, phi)

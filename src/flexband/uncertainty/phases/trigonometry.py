@@ -31,7 +31,8 @@ def cos_and_sin(angles, start, cos, sin):
         most = max(most, abs(angles[q] - start))
     if most > LARGEST:
         for q in range(len(angles)):
-            cos[q], sin[q] = np.cos(angles[q] - start), np.sin(angles[q] - start)
+            cos[q] = np.cos(angles[q] - start)
+            sin[q] = np.sin(angles[q] - start)
         return
     for q in range(len(angles)):
         x = angles[q] - start

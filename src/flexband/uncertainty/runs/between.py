@@ -38,7 +38,8 @@ def between_times(
     `below_between`, the largest of all runs, and `above_between_least` and `below_between_least`.
     ``attrs["runs_between"]`` counts the runs. Nothing, if nothing is known between the times.
     """
-    space, labels = runs.space, runs.labels
+    space = runs.space
+    labels = runs.labels
     assert labels is not None
     level = runs.start
     for name in BandRecord.read(diagnostics).halved or []:
@@ -70,7 +71,8 @@ def parts_between(values: xr.DataArray, labels: xr.DataArray) -> int:
     """
     if axes_of(labels).time is None:
         return 1
-    count, more = labels.shape[-1], values.shape[-1]
+    count = labels.shape[-1]
+    more = values.shape[-1]
     parts = max(1, (more - 1) // max(1, count - 1))
     if values.dims[1:] != labels.dims[1:] or parts * (count - 1) + 1 != more:
         raise InputError(
@@ -85,11 +87,15 @@ def _beyond(values: xr.DataArray, labels: xr.DataArray) -> tuple[np.ndarray, np.
 
     `values` are runs at more times; `labels` are those of the response.
     """
-    count, parts = labels.shape[-1], parts_between(values, labels)
-    at, inner = values.values[..., ::parts], values.values[..., :-1]
+    count = labels.shape[-1]
+    parts = parts_between(values, labels)
+    at = values.values[..., ::parts]
+    inner = values.values[..., :-1]
     inner = inner.reshape(*inner.shape[:-1], count - 1, parts)
-    before, after = at[..., :-1], at[..., 1:]
-    above, below = np.zeros(at.shape), np.zeros(at.shape)
+    before = at[..., :-1]
+    after = at[..., 1:]
+    above = np.zeros(at.shape)
+    below = np.zeros(at.shape)
     above[..., :-1] = np.maximum(inner.max(axis=-1) - np.maximum(before, after), 0.0)
     below[..., :-1] = np.maximum(np.minimum(before, after) - inner.min(axis=-1), 0.0)
     return above, below

@@ -55,8 +55,13 @@ class Evaluated:
 
         `probed` is whether the response has been called to tell whether it takes one sample only.
         """
-        self.response, self.space, self.setting, self.points = response, space, setting, points
-        self.labels, self.record, self.probed = labels, record, probed
+        self.response = response
+        self.space = space
+        self.setting = setting
+        self.points = points
+        self.labels = labels
+        self.record = record
+        self.probed = probed
         # dims (sample, …), NaN where runs failed; None before the first success
         self.values: xr.DataArray | None = None
         self.failed: dict[int, str] = {}  # number of each run that failed -> reason
@@ -137,7 +142,9 @@ class Evaluated:
             return runs[:0], None, {int(runs[0]): reason} if len(runs) == 1 else {}, error
 
         points = tuple(v[runs] for v in self.points)
-        error, value, bad = outcome.error, outcome.value, {}
+        error = outcome.error
+        value = outcome.value
+        bad = {}
         if isinstance(error, RunError) and error.results is not None:
             value = error.results
             bad = {int(runs[k]): f"at {t:g} s: {why}" for k, (t, why) in error.failures.items()}

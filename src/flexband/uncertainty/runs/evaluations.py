@@ -108,7 +108,8 @@ class Evaluations:
         RunsNeeded
             If the response is run elsewhere, and runs are not in the store.
         """
-        record, response = self.record if recorded else None, as_response(function)
+        record = self.record if recorded else None
+        response = as_response(function)
         if record is not None and labels is None:
             labels = record.labels
         arguments = response, space, setting, points, labels, record

@@ -44,7 +44,9 @@ def start_fine_enough(runs: CountedRuns) -> None:
         return
     listener().stage("the first runs, which tell if the default of the step is short enough")
     allowed = OPTIONS.share * (runs.method.aimed_error or OPTIONS.tolerance)
-    coarse, before, counted = _outputs(runs, runs.start), np.inf, np.array(True)
+    coarse = _outputs(runs, runs.start)
+    before = np.inf
+    counted = np.array(True)
     for _ in range(OPTIONS.most):
         finer = runs.start
         for name in runs.given.description.by_default:
@@ -60,7 +62,8 @@ def start_fine_enough(runs: CountedRuns) -> None:
         runs.start = finer
         if worst <= OPTIONS.fall * allowed:
             return
-        before, coarse = error, fine
+        before = error
+        coarse = fine
 
 
 def _outputs(runs: CountedRuns, level: Level) -> np.ndarray | None:
@@ -79,6 +82,7 @@ def errors(coarse: np.ndarray, fine: np.ndarray, of: Quantities) -> np.ndarray:
     error = rms(coarse - fine) * OPTIONS.fall / (OPTIONS.fall - 1.0)
     spread = rms((fine.max(axis=0) - fine.min(axis=0))[None])
     size = np.abs(fine).max(axis=(0, 2))
-    spread, size = largest_of(spread, of.of), largest_of(size, of.of)
+    spread = largest_of(spread, of.of)
+    size = largest_of(size, of.of)
     none = spread <= OPTIONS.rounding * size
     return np.where(none, 0.0, error / np.where(none, 1.0, spread))

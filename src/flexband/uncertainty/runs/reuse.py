@@ -45,16 +45,19 @@ def generic_runs(
     They are within the intervals of this space, and the random inputs were the same. There are none
     for spaces with fields, nor where no input is an interval.
     """
-    n, m = space.random_dimension, space.interval_dimension
+    n = space.random_dimension
+    m = space.interval_dimension
     none = np.zeros((0, n)), np.zeros((0, m)), np.zeros((0,)), list[CollectedRemark]()
-    intervals, random = texts(space, random=False), texts(space, random=True)
+    intervals = texts(space, random=False)
+    random = texts(space, random=True)
     runs = record.of_other_intervals(setting, intervals, random)
     if fields_of(space.inputs) or record.labels is None or not (len(runs) and m):
         return none
     runs = runs[:10_000]  # comparing more takes longer than making some
     names = list(space.recorded_at(*space.nominal()))
     numbers = record.inputs(runs)
-    chosen, points = [], []
+    chosen = []
+    points = []
     for k in np.flatnonzero(_alone(numbers)):
         try:
             point = space.standardized(dict(zip(names, numbers[k], strict=True)))
@@ -67,7 +70,8 @@ def generic_runs(
     if not chosen:
         return none
     xi, eta = (np.concatenate(parts) for parts in zip(*points, strict=True))
-    values, recorded = record.read(runs[chosen])[0], record.remarks(runs[chosen])
+    values = record.read(runs[chosen])[0]
+    recorded = record.remarks(runs[chosen])
     remarks = {k: remarks_in(text) for k, text in enumerate(recorded) if text}
     return xi, eta, values, collected_remarks(space, (xi, eta), remarks)
 

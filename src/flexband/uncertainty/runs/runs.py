@@ -57,7 +57,9 @@ def in_cases(
         placed, explored = locate_domains(function, inputs, as_store(options.store))
     all_inputs = cases(placed)
     results: dict[str, Result] = {}
-    finished, labels, budget = 0, None, None
+    finished = 0
+    labels = None
+    budget = None
 
     def advance(done: int, total: int) -> None:
         nonlocal budget
@@ -77,10 +79,13 @@ def in_cases(
             runs = CountedRuns(
                 response, case_inputs, method, evaluate, options, len(all_inputs), advance
             )
-            runs.labels, runs.case, runs.explored = labels, label, explored
+            runs.labels = labels
+            runs.case = label
+            runs.explored = explored
             runs.check_left_out()
             results[label] = solve(runs)
-            labels, finished = runs.labels, finished + runs.done
+            labels = runs.labels
+            finished = finished + runs.done
     return results
 
 
@@ -107,14 +112,20 @@ class CountedRuns:
         """
         check_integer("most_runs", options.most_runs, 1)
         self.space = space = Space(inputs)
-        self.done, self.total, self.labels = 0, method.runs(space), None
+        self.done = 0
+        self.total = method.runs(space)
+        self.labels = None
         check_runs(method, space, options.most_runs, count)
-        self.most_runs, self.count = options.most_runs, count
+        self.most_runs = options.most_runs
+        self.count = count
         self.total += 1  # one run is made again
         self.each = self.total if response.refines else 0
         self.response = space.on_branch(response)
-        self.method, self.evaluations = method, evaluations
-        self.progress, self.case, self.explored = progress, "", 0
+        self.method = method
+        self.evaluations = evaluations
+        self.progress = progress
+        self.case = ""
+        self.explored = 0
         self.check = options.check
         self.stored: np.ndarray | None = None
         self.reused = 0
@@ -233,7 +244,8 @@ class CountedRuns:
         Of runs that a store has kept, two are made again, once for a store. They count as the one
         that was made again when these runs were made.
         """
-        record, stored = self.evaluations.record, self.stored
+        record = self.evaluations.record
+        stored = self.stored
         if response.elsewhere:
             return
         assert self.labels is not None  # there are runs
@@ -250,7 +262,9 @@ class CountedRuns:
             self._count_repeated(1)
             return
         if not good.all():
-            xi, eta, values = xi[good], eta[good], values[good]
+            xi = xi[good]
+            eta = eta[good]
+            values = values[good]
         run = middle(values)
 
         def again(copies: int) -> np.ndarray:
@@ -337,7 +351,8 @@ class CountedRuns:
         """Warn of inputs that change no output; the budget may pay for runs that prove it."""
         unread = never_read(self.response.original, self.space.inputs)
         level = max(self.levels, key=lambda level: sum(len(call[0]) for call in level.calls))
-        idle, likely = {}, []
+        idle = {}
+        likely = []
         if not level.all_have_effects:
             idle, likely = self._without_effect(level.calls)
         likely = [name for name in likely if name not in unread]
@@ -371,7 +386,8 @@ class Level(Evaluate):
         self, runs: CountedRuns, response: Response, name: str = "", coarse: Level | None = None
     ):
         """Give a response of which `name` is finer than in that of a coarse level."""
-        self.runs, self.response = runs, response
+        self.runs = runs
+        self.response = response
         self.finer: tuple[str, ...] = (*coarse.finer, name) if coarse else ()
         self.calls: list[Call] = []
         self.all_have_effects = False  # whether the first runs show effects of every input
@@ -384,7 +400,8 @@ class Level(Evaluate):
 
     def earlier_runs(self, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return ξ, η and values of up to so many runs that a store has for other intervals."""
-        runs, record = self.runs, self.runs.evaluations.record
+        runs = self.runs
+        record = self.runs.evaluations.record
         if record is None:
             return np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))
         xi, eta, values, remarks = generic_runs(

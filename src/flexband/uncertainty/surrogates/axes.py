@@ -28,7 +28,8 @@ class Axes(NamedTuple):
 
 def axes_of(values: xr.DataArray) -> Axes:
     """Return the axes of a response with the first dim "sample", or of bands with "bound"."""
-    dims, shape = values.dims[1:], values.shape[1:]
+    dims = values.dims[1:]
+    shape = values.shape[1:]
     if not dims or dims[-1] == "output" or _has_texts(values, dims[-1]):
         return Axes(dims, shape, None, 1)
     return Axes(dims[:-1], shape[:-1], str(dims[-1]), shape[-1])

@@ -113,7 +113,8 @@ class BandRecord(AttributeRecord):
     @property
     def tolerance_missed(self) -> bool:
         """Whether the expected error of these bands is above the tolerance."""
-        tolerance, error = self.tolerance, self.expected_error
+        tolerance = self.tolerance
+        error = self.expected_error
         return tolerance is not None and error is not None and error > tolerance
 
 
@@ -129,7 +130,8 @@ def bands(
     """
     at_once = 4096  # places whose values of the inputs are computed at once
     mean, lower, upper = extremes
-    dims, shape = ("bound", *labels.dims[1:]), (2, *labels.shape[1:])
+    dims: tuple[str, ...] = ("bound", *map(str, labels.dims[1:]))
+    shape = (2, *labels.shape[1:])
 
     def variable(values: np.ndarray):
         return dims, values.reshape(shape)

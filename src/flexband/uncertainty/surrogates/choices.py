@@ -30,7 +30,8 @@ def over_choices(given: GivenInputs, bands_by_label: Mapping[str, xr.Dataset]) -
     `mean_by_choice` and `error_bar_by_choice` have all bands; ``attrs["choice_runs"]`` counts runs.
     Other attributes are those of the combination with the largest expected error.
     """
-    names, bands = list(bands_by_label), list(bands_by_label.values())
+    names = list(bands_by_label)
+    bands = list(bands_by_label.values())
     worst = max(bands, key=lambda each: BandRecord.read(each).expected_error or 0.0)
     result = worst.copy()
     for name in sorted(VARIABLES - set(PLACES.values())):
@@ -136,7 +137,8 @@ class SurrogateOfChoices:
             raise InputError(f"values must be equally many; got {sorted(sizes)}")
         count = sizes.pop() if sizes else 1
         labels = np.broadcast_to(labels, count)
-        parts, order = [], []
+        parts = []
+        order = []
         for label in dict.fromkeys(labels.tolist()):
             rows = np.flatnonzero(labels == label)
             some = {

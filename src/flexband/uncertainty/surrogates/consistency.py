@@ -21,13 +21,16 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 def check(surrogate: Surrogate) -> None:
     """Raise `InputError` or another error if a surrogate cannot be evaluated or has no bands."""
-    space, labels, diagnostics = surrogate.space, surrogate.labels, surrogate.diagnostics
+    space = surrogate.space
+    labels = surrogate.labels
+    diagnostics = surrogate.diagnostics
     if not space.inputs or labels.dims[0] != "sample" or len(labels):
         raise InputError("the surrogate must have inputs, and labels without runs")
     check_labels(labels)
     dimensions = space.random_dimension, space.interval_dimension
     axes = axes_of(labels)
-    outputs, times = math.prod(axes.shape), axes.times
+    outputs = math.prod(axes.shape)
+    times = axes.times
     for expansion in (*surrogate.expansions, *surrogate.correction):
         _check_expansion(expansion, *dimensions, times)
         if expansion.hybrid.discs != space.discs:
@@ -64,7 +67,8 @@ def check(surrogate: Surrogate) -> None:
 def _check_expansion(expansion: Expansion, n: int, m: int, times: int) -> None:
     """Check the shapes and orders of an expansion, and its values at some points."""
     (parts,) = (v for v in vars(expansion).values() if isinstance(v, HybridExpansion))
-    outputs, beta = expansion.outputs, parts.coefficients
+    outputs = expansion.outputs
+    beta = parts.coefficients
     if outputs.ndim != 1 or outputs.dtype.kind not in "iu" or np.any(np.diff(outputs) <= 0):
         raise InputError("outputs of an expansion must be increasing numbers")
     _check_index(parts.index, n + m)
@@ -72,7 +76,8 @@ def _check_expansion(expansion: Expansion, n: int, m: int, times: int) -> None:
         raise InputError("coefficients of an expansion must be one per product of polynomials")
     if np.any(np.abs(parts.weighted) > LARGEST):
         raise InputError("coefficients of an expansion are too large")
-    xi, eta = np.array([np.zeros(n), np.ones(n)]), np.array([np.zeros(m), np.ones(m)])
+    xi = np.array([np.zeros(n), np.ones(n)])
+    eta = np.array([np.zeros(m), np.ones(m)])
     values = expansion.evaluate(xi, eta)
     if values.shape != (2, len(outputs), times) or not np.all(np.abs(values) <= LARGEST):
         raise InputError("values of an expansion must be finite, and those of the labels")

@@ -106,7 +106,8 @@ def unseen_steps(F: np.ndarray) -> np.ndarray:
     earlier or later, as long as no run is likely to be one of them (`unseen_share`): their standard
     deviation is √(p(1 − p)) times the step. It is zero for other outputs.
     """
-    heights, share = np.zeros(F.shape[1:]), unseen_share(len(F))
+    heights = np.zeros(F.shape[1:])
+    share = unseen_share(len(F))
     counts = (F[0] == np.round(F[0])).all(axis=-1) & (F[:1] == F).all(axis=(0, 2))
     steps = np.abs(np.diff(F[0, counts]))
     heights[counts, :-1] = steps
@@ -183,7 +184,9 @@ def diagnostics(
 
     The error of mean and error bar, (2, outputs, times), is `relative` to mean widths, (outputs,).
     """
-    dims, shape, axes = labels.dims[1:], labels.shape[1:], axes_of(labels)
+    dims = labels.dims[1:]
+    shape = labels.shape[1:]
+    axes = axes_of(labels)
     return xr.Dataset(
         {
             "mean_expected_error": (dims, error[0].reshape(shape)),

@@ -36,8 +36,10 @@ def warn_of_extrapolation(space: Space, xi: np.ndarray, attrs: Mapping[str, Any]
     random = space.of_kind(random=True).items()
     owners = [(name, k) for name, input_ in random for k in range(input_.dimension)]
     name, term = owners[variable]
-    input_, at = space.inputs[name], xi[point, variable]
-    standard, values = [at, *(end[variable] for end in (low, high))], [""] * 3
+    input_ = space.inputs[name]
+    at = xi[point, variable]
+    standard = [at, *(end[variable] for end in (low, high))]
+    values = [""] * 3
     alone = input_.dimension == 1 and not input_.intervals and space.factor is None
     numbers = input_.as_numbers(name, np.reshape(standard, (-1, 1))) if alone else {}
     if name in numbers:

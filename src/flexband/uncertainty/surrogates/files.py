@@ -94,7 +94,8 @@ def save_surrogate(surrogate: Surrogate | SurrogateOfChoices, file: str | Path) 
 
 
 def _record(surrogate: Surrogate) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    labels, diagnostics = surrogate.labels, surrogate.diagnostics
+    labels = surrogate.labels
+    diagnostics = surrogate.diagnostics
     named = {f"coords/{k}": c for k, c in coordinates(labels).items()}
     variables = diagnostics.drop_vars(labels.coords, errors="ignore").variables
     named |= {f"diagnostics/{k}": v for k, v in variables.items()}
@@ -151,7 +152,8 @@ def load_surrogate(file: str | Path, *, outdated: bool = False) -> Surrogate | S
         If there is no such file, it holds no surrogate or a damaged one, it is of another version
         of the format, is `outdated`, or an input in it is of a class that is not defined yet.
     """
-    file, outdated = _path(file), check_flag("outdated", outdated)
+    file = _path(file)
+    outdated = check_flag("outdated", outdated)
     if not file.is_file():
         raise InputError(f"there is no file {file}")
     try:
@@ -215,7 +217,8 @@ def _path(file: str | PathLike[str]) -> Path:
 
 def _choices(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> SurrogateOfChoices:
     given = {name: _restore(input_record) for name, input_record in about["given"].items()}
-    labels, surrogates = cases(given), {}
+    labels = cases(given)
+    surrogates = {}
     for k, (label, record) in enumerate(zip(labels, about["parts"], strict=True)):
         surrogates[label] = surrogate = _surrogate(record, _under(f"{k}/", arrays))
         kept = surrogate.space.given
@@ -229,7 +232,8 @@ def _choices(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Surr
 def _surrogate(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Surrogate:
     """Return the surrogate of a record and its arrays, which must fit together."""
     named = {k: (dims, arrays[k], attrs) for k, (dims, attrs) in about["named"].items()}
-    coords, variables = _under("coords/", named), _under("diagnostics/", named)
+    coords = _under("coords/", named)
+    variables = _under("diagnostics/", named)
     labels = xr.DataArray(np.zeros(about["shape"]), dims=about["dims"], coords=coords)
     held = _under("held_out/", arrays)
     corrected = any(name.startswith("correction/") for name in arrays)
@@ -295,7 +299,8 @@ def _recorded(value: object) -> Record:
     """Return an input, or the value of one of its fields, as a record."""
     if isinstance(value, Input | Correlated | Choice):
         named = {f.name: getattr(value, f.name) for f in fields(value)}
-        kind, module = type(value).__name__, type(value).__module__
+        kind = type(value).__name__
+        module = type(value).__module__
         return {"input": kind, "module": module, "fields": _recorded(tuple(named.items()))}
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
@@ -333,7 +338,8 @@ def _restore(record: Any) -> Any:
             if isinstance(registered[name], type):
                 return registered[name](**dict(_restore(record["fields"])))
             return registered[name]
-    values, kind = dict(_restore(record["fields"])), record["input"]
+    values = dict(_restore(record["fields"]))
+    kind = record["input"]
     if kind == "Choice":
         return Choice(*values["options"], probabilities=values.get("probabilities"))
     if kind == "Correlated":

@@ -177,7 +177,8 @@ class Surrogate:
             held_out=None,
             verification=None,
         )
-        held, values = None, np.zeros((0, 1, 1))
+        held = None
+        values = np.zeros((0, 1, 1))
         if self.held_out is not None:
             held = runs_in(part, self.held_out)
             joint = surrogate.standard(held.xi, held.eta)

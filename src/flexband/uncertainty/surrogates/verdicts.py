@@ -78,7 +78,8 @@ class VerificationVerdict:
         width, inferred, least = (
             np.ravel(checked[k]) for k in ("bar_width", "implied_error", "least_error")
         )
-        share, least = inferred / width, least / width
+        share = inferred / width
+        least = least / width
         output = int(share.argmax())
         if "allowed" not in checked:
             errors = float(share[output]), float(least[output])
@@ -184,7 +185,8 @@ def _where(checked: xr.Dataset, labels: xr.DataArray, output: int) -> str:
     """Return in words where an output is missed most: output, time and inputs."""
     dims, sizes, last, _ = axes_of(labels)
     index = dict(zip(dims, np.unravel_index(output, sizes) if dims else (), strict=True))
-    names, output_results = _names(labels, output), checked.isel(index)
+    names = _names(labels, output)
+    output_results = checked.isel(index)
     words = [f"most in {', '.join(names)}"] if names else ["most"]
     if last is not None:
         at = int(output_results["missed_most_at"])

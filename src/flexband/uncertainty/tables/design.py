@@ -39,7 +39,8 @@ class TableDesign:
 
 def terms_of(m: int, families: Sequence[Family], rows: int) -> np.ndarray:
     """Return the orders of terms to choose from: those of the highest total order there may be."""
-    highest, per_row = 8, 2
+    highest = 8
+    per_row = 2
     dimension = m + len(families)
     index = candidates(dimension)
     for order in range(4, highest + 1):

@@ -35,7 +35,8 @@ def growth_beyond_rows(
     fold, weight : of each row, (rows,).
     """
     (xi, eta), count = points, 4096
-    m, n = eta.shape[1], len(families)
+    m = eta.shape[1]
+    n = len(families)
     u = sobol(count, m + n, seed=5)
     inside = 2 * u[:, :m] - 1
     at_ends = np.where(np.abs(inside) < 0.5, 2 * inside, np.sign(inside))

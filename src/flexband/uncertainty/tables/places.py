@@ -24,7 +24,8 @@ def coordinates_of(xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
 def target_places(space: Space) -> np.ndarray:
     """Return places as likely as the inputs are; intervals count evenly."""
     count = 4096
-    m, n = space.interval_dimension, space.random_dimension
+    m = space.interval_dimension
+    n = space.random_dimension
     u = sobol(count, m + n, seed=3)
     return coordinates_of(of_normals(ndtri(u[:, m:]), space.families), 2 * u[:, :m] - 1)
 
@@ -73,7 +74,8 @@ def levels_within(rows: np.ndarray) -> list[np.ndarray]:
 
     It is −1 for rows at the lowest or the highest level, which no other rows are beyond.
     """
-    few, rows_of_level = 12, 2.0
+    few = 12
+    rows_of_level = 2.0
     levels = []
     for column in rows.T:
         values, level = np.unique(column, return_inverse=True)
@@ -88,7 +90,8 @@ def too_few_levels(space: Space, xi: np.ndarray, eta: np.ndarray) -> list[str]:
     names = [*space.owners(random=False), *space.owners(random=True)]
     doubts = []
     for name, column in zip(names, np.concatenate([eta, xi], axis=1).T, strict=True):
-        count, option = len(np.unique(column)), space.inputs[name]
+        count = len(np.unique(column))
+        option = space.inputs[name]
         if isinstance(option, RandomOption):
             absent = set(option.options) - set(option.value(column[:, None]).tolist())
             doubts += [f"no row of the table has {name} = {each!r}" for each in sorted(absent)]

@@ -44,18 +44,24 @@ def surrogate_of_rows(
     """
     table.check(list(space.uncertain))
     xi, eta = space.standardized({name: table.inputs[name] for name in space.uncertain})
-    xi, eta, F = xi[table.first], eta[table.first], table.means
+    xi = xi[table.first]
+    eta = eta[table.first]
+    F = table.means
     terms = terms_of(space.interval_dimension, space.families, len(F))
     design = TableDesign(xi, eta, space.families, terms)
-    at, targets = coordinates_of(xi, eta), target_places(space)
-    fold, weight = folds(at, targets, min(most_folds, len(F)), seed), shares(at, targets)
+    at = coordinates_of(xi, eta)
+    targets = target_places(space)
+    fold = folds(at, targets, min(most_folds, len(F)), seed)
+    weight = shares(at, targets)
     dt = _step(table.response)
     stages = [Stage([], F)] if dt is None else list(decompose(F, dt))
     of_stages = cross_validated(design, stages, F, fold, at)
     carriers = carriers_of(of_stages, weight)
-    missed, expansions = missed_with_carriers(of_stages, weight, fold), []
+    missed = missed_with_carriers(of_stages, weight, fold)
+    expansions = []
     for k in np.unique(carriers):
-        fit, outputs = PartsFit.from_design(design, stages[k]), np.flatnonzero(carriers == k)
+        fit = PartsFit.from_design(design, stages[k])
+        outputs = np.flatnonzero(carriers == k)
         expansions.append(fit.of_outputs(outputs).expansion)
         known = (xi, eta), space.families, fold, weight
         missed[:, outputs] *= growth_beyond_rows(fit.formed.index, *known)

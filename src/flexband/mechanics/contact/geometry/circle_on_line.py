@@ -43,17 +43,25 @@ def gap_above_line(x, p):
     axes of the second body the angle of the normal [rad], the height of the line along it, and its
     two ends along the line, from the second point [m].
     """
-    c, s = cosine(x[0][2]), sine(x[0][2])
-    px, py = x[0][0] + c * p[0] - s * p[1], x[0][1] + s * p[0] + c * p[1]
-    nx, ny = cosine(x[1][2] + p[3]), sine(x[1][2] + p[3])
-    dx, dy = px - x[1][0], py - x[1][1]
-    across, along = nx * dx + ny * dy - p[4], ny * dx - nx * dy
+    c = cosine(x[0][2])
+    s = sine(x[0][2])
+    px = x[0][0] + c * p[0] - s * p[1]
+    py = x[0][1] + s * p[0] + c * p[1]
+    nx = cosine(x[1][2] + p[3])
+    ny = sine(x[1][2] + p[3])
+    dx = px - x[1][0]
+    dy = py - x[1][1]
+    across = nx * dx + ny * dy - p[4]
+    along = ny * dx - nx * dy
     past = along - where(less(along, p[5]), p[5], where(less(p[6], along), p[6], along))
     beyond = less(filled(0.0), magnitude(past))  # nearest to an end of the line
     distance = where(beyond, sqrt(across * across + past * past), across)
-    ex, ey = (across * nx + past * ny) / distance, (across * ny - past * nx) / distance
-    nx, ny = where(beyond, ex, nx), where(beyond, ey, ny)
-    qx, qy = px - distance * nx, py - distance * ny
+    ex = (across * nx + past * ny) / distance
+    ey = (across * ny - past * nx) / distance
+    nx = where(beyond, ex, nx)
+    ny = where(beyond, ey, ny)
+    qx = px - distance * nx
+    qy = py - distance * ny
     return distance - p[2], nx, ny, px - p[2] * nx, py - p[2] * ny, qx, qy
 
 
@@ -119,9 +127,11 @@ def travel_on_line(
     The line is at a `height` above the second point, along its normal.
     """
     x, y = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
-    apart, line = subtract(first.position, second.position), second.direction(y, -x)
+    apart = subtract(first.position, second.position)
+    line = second.direction(y, -x)
     radius = np.asarray(radius, dtype=float)
-    travel, action = dot(line, apart), Action(line, lever, apart, radius)
+    travel = dot(line, apart)
+    action = Action(line, lever, apart, radius)
     if np.any(radius):
         travel = travel + turn(first, second) * radius
     return Travel(travel, action, line=ContactLine(first, second, second.direction(x, y), height))

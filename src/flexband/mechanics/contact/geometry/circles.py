@@ -18,20 +18,31 @@ from flexband.mechanics.kernels.lanes import compiled, filled, maximum, sqrt
 @compiled
 def gap_between_circles(x, p):
     """Return what `Geometry.kernel` returns; the parameters are both radii."""
-    dx, dy = x[0][0] - x[1][0], x[0][1] - x[1][1]
+    dx = x[0][0] - x[1][0]
+    dy = x[0][1] - x[1][1]
     distance = maximum(sqrt(dx * dx + dy * dy), filled(1e-300))
-    nx, ny = dx / distance, dy / distance
-    px, py, qx, qy = x[0][0] - p[0] * nx, x[0][1] - p[0] * ny, p[1] * nx, p[1] * ny
+    nx = dx / distance
+    ny = dy / distance
+    px = x[0][0] - p[0] * nx
+    py = x[0][1] - p[0] * ny
+    qx = p[1] * nx
+    qy = p[1] * ny
     return distance - p[0] - p[1], nx, ny, px, py, x[1][0] + qx, x[1][1] + qy
 
 
 @compiled
 def gap_in_circle(x, p):
     """Return what `Geometry.kernel` returns; the parameters are the clearance and the radius."""
-    dx, dy = x[0][0] - x[1][0], x[0][1] - x[1][1]
+    dx = x[0][0] - x[1][0]
+    dy = x[0][1] - x[1][1]
     distance = maximum(sqrt(dx * dx + dy * dy), filled(1e-300))
-    nx, ny, hole = -dx / distance, -dy / distance, p[0] + p[1]
-    px, py, qx, qy = x[0][0] - p[1] * nx, x[0][1] - p[1] * ny, hole * nx, hole * ny
+    nx = -dx / distance
+    ny = -dy / distance
+    hole = p[0] + p[1]
+    px = x[0][0] - p[1] * nx
+    py = x[0][1] - p[1] * ny
+    qx = hole * nx
+    qy = hole * ny
     return p[0] - distance, nx, ny, px, py, x[1][0] - qx, x[1][1] - qy
 
 
@@ -97,7 +108,8 @@ class CircleInCircle(Geometry):
 
     @property
     def parameters(self) -> Sequence[ArrayLike]:
-        circle, hole = np.asarray(self.radii[0], float), np.asarray(self.radii[1], float)
+        circle = np.asarray(self.radii[0], float)
+        hole = np.asarray(self.radii[1], float)
         return hole - circle, circle
 
 
@@ -107,7 +119,8 @@ def travel_on_circle(first: Frame, second: Frame, radius: np.ndarray) -> Travel:
     It is the travel of the first circle where it meets the second body: its rate is
     |d| φ̇ − r θ̇₁ − (|d| − r) θ̇₂, the difference of the speeds of both bodies there.
     """
-    centres, below = subtract(first.position, second.position), angle(section_normal(second))
+    centres = subtract(first.position, second.position)
+    below = angle(section_normal(second))
     turn = (angle(section_normal(first)) - below) * -radius
     action = Action((-centres[1], centres[0]), NO_LEVER, centres, -radius)
     return Travel(turn, action, orbit=angle(centres) - below)

@@ -52,7 +52,8 @@ class ContactLine(NamedTuple):
             )
         )
         same_side = dot(self.normal, other.normal).at(z) > 0.0
-        height, others = np.asarray(self.height), np.asarray(other.height)
+        height = np.asarray(self.height)
+        others = np.asarray(other.height)
         rounding = 1e-12 * (np.abs(height) + np.abs(others) + np.abs(apart))
         off = np.abs(apart + height - others)
         return bool(np.all(same_side & (np.abs(turn) < 1e-12) & (off <= rounding)))

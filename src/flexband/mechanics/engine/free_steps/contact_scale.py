@@ -43,7 +43,8 @@ def size_of_unit(structure, values, gap):
 def depth_of_impact(structure, values, z, gap, speed):
     """Return the depth that a contact reaches from a speed by its own, or `MARK.bottomless`."""
     first = structure.laws.parameter_start[structure.laws.gap_law[gap]]
-    K, n = load(values.laws, first), load(values.laws, first + 1)
+    K = load(values.laws, first)
+    n = load(values.laws, first + 1)
     mass = magnitude(load(z, rows_of_gaps(structure.state).mass + gap))
     energy = 0.5 * (n + 1.0) * mass * speed * speed / K
     depth = power(maximum(energy, filled(1e-300)), 1.0 / (n + 1.0))
@@ -53,8 +54,10 @@ def depth_of_impact(structure, values, z, gap, speed):
 @compiled
 def approach_speed(structure, values, z, gap):
     """Return the speed at which a contact begins: as it has begun, or will where it is open."""
-    rows, laws = rows_of_gaps(structure.state), structure.laws
-    mode, rate = load(z, rows.mode + gap), magnitude(load(z, rows.rate + gap))
+    rows = rows_of_gaps(structure.state)
+    laws = structure.laws
+    mode = load(z, rows.mode + gap)
+    rate = magnitude(load(z, rows.rate + gap))
     least = load(values.laws, laws.parameter_start[laws.gap_law[gap]] + 3)
     return maximum(where(less(mode, filled(0.0)), -mode, rate), least)
 
@@ -82,7 +85,8 @@ def follow_depths(structure, values, z, chosen):
     rows = rows_of_gaps(state)
     for k in range(rows.number):
         if is_contact_gap(structure.laws, k):
-            known, depth = load(z, rows.depth + k), -load(z, rows.value + k)
+            known = load(z, rows.depth + k)
+            depth = -load(z, rows.value + k)
             speed = approach_speed(structure, values, z, k)
             impact = depth_of_impact(structure, values, z, k, speed)
             known = maximum(where(less(filled(0.0), known), known, impact), depth)
@@ -94,7 +98,8 @@ def follow_depths(structure, values, z, chosen):
 @compiled
 def settle_at_start(structure, values, z, chosen):
     """Let contacts that are closed at the start be at rest, unless their speed presses deeper."""
-    rows, none = rows_of_gaps(structure.state), filled(0.0)
+    rows = rows_of_gaps(structure.state)
+    none = filled(0.0)
     for k in range(rows.number):
         if is_contact_gap(structure.laws, k):
             speed = maximum(-load(z, rows.rate + k), none)
@@ -113,7 +118,8 @@ def limits_of_contacts(structure, values, limits, z):
     than `CONTROL.depths_in_size`. The shortest step is less than that of the run where a contact,
     open or closed, lasts for less than `CONTROL.durations` of it, unless a user has given it.
     """
-    part, shortest = filled(1.0), filled(limits.smallest)
+    part = filled(1.0)
+    shortest = filled(limits.smallest)
     rows = rows_of_gaps(structure.state)
     for k in range(rows.number):
         if is_contact_gap(structure.laws, k):

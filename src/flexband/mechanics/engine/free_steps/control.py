@@ -84,7 +84,8 @@ def shift_accelerations(structure, z, a, ratio, chosen):
     `ratio` is the length of the new step over that of the one before.
     """
     for i in range(1, structure.state.coordinates + 1):
-        old, present = load(a, i), load(z, structure.state.acceleration + i)
+        old = load(a, i)
+        present = load(z, structure.state.acceleration + i)
         store(a, i, where(chosen, present + ratio * (old - present), old))
 
 
@@ -96,7 +97,9 @@ def error_of_step(structure, method, values, work, ratio):
     """
     state = structure.state
     C = 1.0 / 6.0 - method.beta - 0.5 * (method.alpha_m - method.alpha_f)
-    factor, largest, worst = C * method.step * method.step, filled(0.0), filled(0.0)
+    factor = C * method.step * method.step
+    largest = filled(0.0)
+    worst = filled(0.0)
     store(work.s, 0, filled(0.0))
     for i in range(1, state.coordinates + 1):
         old = load(work.before, state.acceleration + i)

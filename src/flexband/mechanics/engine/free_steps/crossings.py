@@ -103,7 +103,8 @@ def longest_in_contact(structure, values, limits, z):
 
     It is the same on the way in as on the way out, which begins where the other ends.
     """
-    rows, longest = rows_of_gaps(structure.state), filled(1e300)
+    rows = rows_of_gaps(structure.state)
+    longest = filled(1e300)
     for k in range(rows.number):
         if is_contact_gap(structure.laws, k):
             rate = load(z, rows.rate + k)
@@ -124,7 +125,8 @@ def size_modes(state, z):
     """Set the size of modes that have changed at no time so far to the speed of their gaps."""
     rows = rows_of_gaps(state)
     for k in range(rows.number):
-        mode, rate = load(z, rows.mode + k), load(z, rows.rate + k)
+        mode = load(z, rows.mode + k)
+        rate = load(z, rows.rate + k)
         speed = maximum(magnitude(rate), filled(CONTROL.least_speed))
         sized = where(less(filled(0.0), mode), speed, -speed)
         new = less(filled(0.5 * MARK.at_rest), magnitude(mode))
@@ -137,10 +139,12 @@ def switch_modes(structure, z, chosen):
 
     A gap that is zero has the sign that it is about to have. Margins of friction remain positive.
     """
-    rows, changed = rows_of_gaps(structure.state), filled(0.0)
+    rows = rows_of_gaps(structure.state)
+    changed = filled(0.0)
     for k in range(rows.number):
         row = rows.mode + k
-        gap, rate = load(z, rows.value + k), load(z, rows.rate + k)
+        gap = load(z, rows.value + k)
+        rate = load(z, rows.rate + k)
         heading = where(less(filled(0.0), magnitude(gap)), gap, rate)
         opposite = where(chosen, less(load(z, row) * heading, filled(0.0)), filled(0.0))
         changed = where(opposite, filled(1.0), changed)
@@ -157,7 +161,8 @@ def switch_modes(structure, z, chosen):
 @compiled
 def is_pressed_again(before, z, rows, gap):
     """Return where a contact in an impact, which left in the state `before`, is pressed in in z."""
-    none, rate = filled(0.0), load(before, rows.rate + gap)
+    none = filled(0.0)
+    rate = load(before, rows.rate + gap)
     impact = where(less(load(before, rows.mode + gap), none), filled(1.0), none)
     impact = where(less(load(before, rows.mass + gap), none), none, impact)
     leaves = where(less(none, rate), impact, none)

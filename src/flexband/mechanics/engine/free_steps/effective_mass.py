@@ -21,7 +21,9 @@ from flexband.mechanics.kernels.state import friction_rows, rows_of_gaps
 @compiled
 def factorize_frictionless(structure, values, now, work):
     """Factor [M, Φ_qᵀ; Φ_q, 0] with joints, and those that switch, but without friction."""
-    z, modes, rows = work.z, work.t, friction_rows(structure.state)
+    z = work.z
+    modes = work.t
+    rows = friction_rows(structure.state)
     for k in range(rows.frictions):
         mode = load(z, rows.mode + k)
         store(modes, k, mode)
@@ -39,8 +41,14 @@ def update_masses(structure, values, now, work, chosen):
     Where joints hold both sides of a contact, so that it cannot move, its mass is
     `MARK.immovable`. Where an impact is over it is negative.
     """
-    laws, state, z, r, force = structure.laws, structure.state, work.z, work.r, work.s
-    mass, first, factorized = structure.mass, rows_of_gaps(structure.state).mass, False
+    laws = structure.laws
+    state = structure.state
+    z = work.z
+    r = work.r
+    force = work.s
+    mass = structure.mass
+    first = rows_of_gaps(structure.state).mass
+    factorized = False
     for s in range(len(laws.address)):
         if not is_contact(laws, s):
             continue
@@ -54,7 +62,8 @@ def update_masses(structure, values, now, work, chosen):
             if i > state.coordinates:
                 store(r, i, filled(0.0))
             store(force, i, load(r, i))
-        alone, mobility = filled(0.0), filled(0.0)
+        alone = filled(0.0)
+        mobility = filled(0.0)
         for p in range(len(mass.i)):
             if mass.i[p] == mass.j[p]:
                 part = load(force, mass.i[p])

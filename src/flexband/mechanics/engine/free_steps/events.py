@@ -38,7 +38,9 @@ def switch(structure, method, values, work, step, time, limits, chosen):
     Where the forces jump by that, the accelerations start anew. Returns where a mode has changed,
     and where friction jams.
     """
-    state, now, jammed = structure.state, np.int64(0), filled(0.0)
+    state = structure.state
+    now = np.int64(0)
+    jammed = filled(0.0)
     changed = switch_modes(structure, work.z, chosen)
     if any_true(changed):
         keep_state(structure, work)
@@ -65,7 +67,9 @@ def switch(structure, method, values, work, step, time, limits, chosen):
 @compiled
 def begin_friction(structure, method, values, work, limits, failure, fresh):
     """Find what sticks and what slides at the start, which is `fresh` or the end of a motion."""
-    step, everywhere, now = method.step, filled(1.0), np.int64(0)
+    step = method.step
+    everywhere = filled(1.0)
+    now = np.int64(0)
     keep_state(structure, work)
     left_out, jammed = settle_modes(structure, method, values, now, work, limits, everywhere)
     if any_true(left_out):

@@ -76,7 +76,10 @@ IMPACT = ImpactOptions()
 @compiled
 def set_sliding_speeds(structure, values, now, work):
     """Set the sliding speeds of all frictions in z."""
-    z, r, state, rows = work.z, work.r, structure.state, friction_rows(structure.state)
+    z = work.z
+    r = work.r
+    state = structure.state
+    rows = friction_rows(structure.state)
     clear(r, state.velocity)
     update_distances(structure, values, z)
     subtract_velocity_errors(
@@ -89,9 +92,12 @@ def set_sliding_speeds(structure, values, now, work):
 @compiled
 def begin_impact(structure, values, work, limits, step, chosen):
     """Let hold what switches or locks, and be free all else; keep the sliding speeds before."""
-    z, friction, rows = work.z, structure.friction, friction_rows(structure.state)
+    z = work.z
+    friction = structure.friction
+    rows = friction_rows(structure.state)
     for k in range(rows.frictions):
-        mode, u = load(z, rows.mode + k), load(z, rows.speed + k)
+        mode = load(z, rows.mode + k)
+        u = load(z, rows.speed + k)
         new = filled(MODE.free)
         if friction.switched[k]:
             new = mode
@@ -107,10 +113,13 @@ def begin_impact(structure, values, work, limits, step, chosen):
 @compiled
 def begin_sliding(structure, values, work, limits, step, chosen):
     """Let friction with an impulse slide as it does without one, or stick where it is at rest."""
-    z, friction, rows = work.z, structure.friction, friction_rows(structure.state)
+    z = work.z
+    friction = structure.friction
+    rows = friction_rows(structure.state)
     for k in range(rows.frictions):
         if friction.reacts[k]:
-            u, mode = load(z, rows.speed + k), load(z, rows.mode + k)
+            u = load(z, rows.speed + k)
+            mode = load(z, rows.mode + k)
             slow = less(magnitude(u), rest_speed(structure, values, limits, step, k))
             sense = where(less(u, filled(0.0)), filled(-1.0), filled(1.0))
             new = where(slow, filled(MODE.sticks), sense)
@@ -120,7 +129,8 @@ def begin_sliding(structure, values, work, limits, step, chosen):
 @compiled
 def stick_instead(structure, z, chosen):
     """Let stick what slides without a solution, as where it jams; return the lanes with any."""
-    rows, changed = friction_rows(structure.state), filled(0.0)
+    rows = friction_rows(structure.state)
+    changed = filled(0.0)
     for k in range(rows.frictions):
         if structure.friction.reacts[k]:
             slides = where(sticks(structure.state, z, k), filled(0.0), chosen)
@@ -137,14 +147,17 @@ def stick_instead(structure, z, chosen):
 @compiled
 def set_normal_impulses(structure, values, now, z):
     """Set the normal forces of frictions from what is in the place of the reactions of joints."""
-    friction, rows = structure.friction, friction_rows(structure.state)
+    friction = structure.friction
+    rows = friction_rows(structure.state)
     components = first_component(structure)
     update_components(structure, values, now, z)
     for k in range(rows.frictions):
         store(z, rows.normal + k, filled(0.0))
     for n in range(len(friction.of_components)):
-        k, row = friction.of_components[n], components + 2 * n
-        x, y = load(z, row), load(z, row + 1)
+        k = friction.of_components[n]
+        row = components + 2 * n
+        x = load(z, row)
+        y = load(z, row + 1)
         if friction.reacts[k]:
             add_to(z, rows.normal + k, sqrt(x * x + y * y))
 
@@ -163,9 +176,16 @@ def solve_impulses(structure, values, now, work, pending):
 
     `work.matrix` has the factors for the present modes. Returns where they do not settle.
     """
-    state, z, r, before, none = structure.state, work.z, work.r, work.s, filled(0.0)
-    friction, rows, joints = structure.friction, friction_rows(state), reaction_rows(state)
-    active, followed = pending, none
+    state = structure.state
+    z = work.z
+    r = work.r
+    before = work.s
+    none = filled(0.0)
+    friction = structure.friction
+    rows = friction_rows(state)
+    joints = reaction_rows(state)
+    active = pending
+    followed = none
     for count in range(IMPACT.solutions):
         for i in range(1, state.coordinates + 1):
             v = load(z, state.velocity + i)
@@ -213,15 +233,21 @@ def follow_impulses(structure, values, z, active, count):
 
     Where changes after each other are parallel, the sum of all further ones is added at once.
     """
-    state, none, largest = structure.state, filled(0.0), filled(0.0)
+    state = structure.state
+    none = filled(0.0)
+    largest = filled(0.0)
     rows = friction_rows(state)
-    squares, products, others = none, none, none
+    squares = none
+    products = none
+    others = none
     for k in range(rows.frictions):
         old = load(z, state.friction + k)
         step = where(sticks(state, z, k), none, sliding_impulse(structure, values, z, k) - old)
         last = none if count == 0 else load(z, rows.change + k)
-        squares, products = squares + last * last, products + last * step
-        others, largest = others + step * step, maximum(largest, magnitude(step))
+        squares = squares + last * last
+        products = products + last * step
+        others = others + step * step
+        largest = maximum(largest, magnitude(step))
     ratio = products / where(less(none, squares), squares, filled(1.0))
     parallel = less(others - ratio * products, FOLLOW.skew * others)
     parallel = where(parallel, less(none, squares), none)
@@ -239,22 +265,30 @@ def follow_impulses(structure, values, z, active, count):
 @compiled
 def change_sticking(structure, values, work, limits, step, chosen):
     """Let slide what asks for most, and stick what would slide back; return where any does."""
-    state, z, none, true = structure.state, work.z, filled(0.0), filled(1.0)
-    rows, friction = friction_rows(state), structure.friction
-    largest, loosest, changed = none, none, none
+    state = structure.state
+    z = work.z
+    none = filled(0.0)
+    true = filled(1.0)
+    rows = friction_rows(state)
+    friction = structure.friction
+    largest = none
+    loosest = none
+    changed = none
     for k in range(state.multiplier, state.angle):
         largest = maximum(largest, magnitude(load(z, k)))
     for k in range(rows.frictions):
         loosest = maximum(loosest, excess_ratio(structure, values, z, k, largest))
     for k in range(rows.frictions):
-        mode, u = load(z, rows.mode + k), load(z, rows.speed + k)
+        mode = load(z, rows.mode + k)
+        u = load(z, rows.speed + k)
         excess = excess_ratio(structure, values, z, k, largest)
         released = where(less(none, excess), where(less(excess, loosest), none, true), none)
         sense = where(less(load(z, state.friction + k), none), filled(-1.0), true)
         rest = rest_speed(structure, values, limits, step, k)
         back = less(mode * u, -rest)
         if friction.one_way[k]:
-            sense, back = filled(MODE.free), less(u, -rest)
+            sense = filled(MODE.free)
+            back = less(u, -rest)
         back = where(sticks(state, z, k), none, back)
         if not (friction.one_way[k] or friction.reacts[k]):
             back = none
@@ -268,8 +302,11 @@ def change_sticking(structure, values, work, limits, step, chosen):
 @compiled
 def excess_ratio(structure, values, z, k, largest):
     """Return |p_t| over what friction k can hold if that is less, or 0."""
-    state, none, friction = structure.state, filled(0.0), structure.friction
-    impulse, allowed = load(z, state.friction + k), IMPACT.rounding * largest
+    state = structure.state
+    none = filled(0.0)
+    friction = structure.friction
+    impulse = load(z, state.friction + k)
+    allowed = IMPACT.rounding * largest
     if friction.switched[k]:
         return none
     if not friction.one_way[k]:
@@ -288,8 +325,12 @@ def add_works(structure, values, now, work, chosen, jumps):
     that of its drive. Where the speed of a drive `jumps`, all of it is its work. The velocities are
     those after the impact, and those before are in `work.s`.
     """
-    state, z, none = structure.state, work.z, filled(0.0)
-    rows, joints, friction = friction_rows(state), reaction_rows(state), structure.friction
+    state = structure.state
+    z = work.z
+    none = filled(0.0)
+    rows = friction_rows(state)
+    joints = reaction_rows(state)
+    friction = structure.friction
     for i in range(1, state.coordinates + 1):
         store(work.t, i, load(z, state.velocity + i))
     for sign in (1.0, 0.0):  # Φ_q v + Φ_t of the mean velocities, less Φ_t
@@ -320,7 +361,8 @@ def add_works(structure, values, now, work, chosen, jumps):
 @compiled
 def impact_matrix(structure, method, values, now, work, pending, jumps):
     """Set the matrix to that of the masses, or of the integrator where a drive's speed `jumps`."""
-    state, z = structure.state, work.z
+    state = structure.state
+    z = work.z
     if not jumps:
         mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
         return
@@ -343,18 +385,25 @@ def strike_parts(structure, method, values, now, work, limits, chosen, jumps):
     In the end `work.s` has the velocities before, and the multipliers in z are impulses. All
     friction is left sliding; the reactions that it follows are those of `work.before`.
     """
-    state, z, none, step = structure.state, work.z, filled(0.0), method.step
-    rows, joints = friction_rows(state), reaction_rows(state)
+    state = structure.state
+    z = work.z
+    none = filled(0.0)
+    step = method.step
+    rows = friction_rows(state)
+    joints = reaction_rows(state)
     for i in range(1, state.coordinates + 1):
         store(work.s, i, load(z, state.velocity + i))
     set_sliding_speeds(structure, values, now, work)
     begin_impact(structure, values, work, limits, step, chosen)
-    pending, diverged, refused = chosen, none, none
+    pending = chosen
+    diverged = none
+    refused = none
     for count in range(2 + IMPACT.changes * rows.frictions):
         impact_matrix(structure, method, values, now, work, pending, jumps)
         factorize(structure.pattern, work.matrix, load(work.smallest, 0), work.r)
         again = solve_impulses(structure, values, now, work, pending)
-        refused, diverged = maximum(refused, where(diverged, again, none)), maximum(diverged, again)
+        refused = maximum(refused, where(diverged, again, none))
+        diverged = maximum(diverged, again)
         if count == 0 and structure.friction.follows:
             begin_sliding(structure, values, work, limits, step, pending)
             continue
@@ -384,10 +433,13 @@ def strike_by_drive(structure, method, values, now, work, limits, chosen):
 
     q̈ is the change of v, and v halfway. Multipliers are impulses, until accelerations start anew.
     """
-    state, z = structure.state, work.z
+    state = structure.state
+    z = work.z
     refused = strike_parts(structure, method, values, now, work, limits, chosen, True)
     for i in range(1, state.coordinates + 1):
-        before, v, row = load(work.s, i), load(z, state.velocity + i), state.acceleration + i
+        before = load(work.s, i)
+        v = load(z, state.velocity + i)
+        row = state.acceleration + i
         store(z, row, where(chosen, v - before, load(z, row)))
         store(z, state.velocity + i, where(chosen, 0.5 * (before + v), v))
     return refused
@@ -396,7 +448,8 @@ def strike_by_drive(structure, method, values, now, work, limits, chosen):
 @compiled
 def strike_at_start(structure, method, values, work, limits, failure):
     """Perform `strike_parts` in all lanes at the start, and note where it is refused."""
-    everywhere, now = filled(1.0), np.int64(0)
+    everywhere = filled(1.0)
+    now = np.int64(0)
     update_dependent(structure, values, now, work.z)
     keep_state(structure, work)
     refused = strike_parts(structure, method, values, now, work, limits, everywhere, False)

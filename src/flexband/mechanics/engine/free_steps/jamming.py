@@ -59,8 +59,14 @@ JAMMING = JammingOptions()
 @compiled
 def pass_through(structure, values, now, work):
     """Replace changes of what slides, in `work.s`, by those that they cause through reactions."""
-    z, r, x, state, friction = work.z, work.r, work.s, structure.state, structure.friction
-    rows, joints, none = friction_rows(state), reaction_rows(state), filled(0.0)
+    z = work.z
+    r = work.r
+    x = work.s
+    state = structure.state
+    friction = structure.friction
+    rows = friction_rows(state)
+    joints = reaction_rows(state)
+    none = filled(0.0)
     components = first_component(structure)
     clear(r, state.velocity + 1)  # the last row may not be finite
     for k in range(rows.frictions):
@@ -77,15 +83,19 @@ def pass_through(structure, values, now, work):
     for k in range(rows.frictions):
         store(x, k, none)
     for n in range(len(friction.of_components)):
-        k, row = friction.of_components[n], components + 2 * n
+        k = friction.of_components[n]
+        row = components + 2 * n
         if friction.reacts[k]:
-            dx, dy = load(z, row), load(z, row + 1)
-            nx, ny = load(work.before, row), load(work.before, row + 1)
+            dx = load(z, row)
+            dy = load(z, row + 1)
+            nx = load(work.before, row)
+            ny = load(work.before, row + 1)
             N = sqrt(nx * nx + ny * ny)
             known = where(less(none, N), less(N, filled(1e300)), none)
             along = (nx * dx + ny * dy) / where(known, N, filled(1.0))
             change = where(known, along, sqrt(dx * dx + dy * dy))
-            mode, force = load(z, rows.mode + k), load(work.before, state.friction + k)
+            mode = load(z, rows.mode + k)
+            force = load(work.before, state.friction + k)
             pulled = where(less(force, none), filled(-1.0), filled(1.0))
             sense = where(sticks(state, z, k), pulled, mode)
             add_to(x, k, sense * load(values.friction.static, k) * change)
@@ -94,8 +104,12 @@ def pass_through(structure, values, now, work):
 @compiled
 def gain_of_friction(structure, values, now, work):
     """Return κ at the state z, which `work.before` has in the end."""
-    z, x, friction, gain = work.z, work.s, structure.friction, filled(1.0)
-    frictions, half = friction_rows(structure.state).frictions, JAMMING.turns // 2
+    z = work.z
+    x = work.s
+    friction = structure.friction
+    gain = filled(1.0)
+    frictions = friction_rows(structure.state).frictions
+    half = JAMMING.turns // 2
     keep_state(structure, work)
     update_dependent(structure, values, now, z)
     update_distances(structure, values, z)
@@ -125,7 +139,9 @@ def find_jams(structure, values, work, failure):
 
     Newton's method diverges where friction jams within a step.
     """
-    now, none, code = np.int64(0), filled(0.0), load(failure, 0)
+    now = np.int64(0)
+    none = filled(0.0)
+    code = load(failure, 0)
     suspected = none
     for reason in (FAILURE.jammed, FAILURE.diverged, FAILURE.too_small):
         same = less(magnitude(code - reason), filled(0.5))

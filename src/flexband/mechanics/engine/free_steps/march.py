@@ -77,7 +77,9 @@ def set_functions(count, values, polynomials, place, length):
     """Set the functions of time and rates at a place, −1 to 1, of a round of this length [s]."""
     scale = 2.0 / length
     for f in range(count):
-        value, rate, half = filled(0.0), filled(0.0), filled(0.0)
+        value = filled(0.0)
+        rate = filled(0.0)
+        half = filled(0.0)
         for k in range(COEFFICIENTS - 1, -1, -1):
             half = half * place + rate
             rate = rate * place + value
@@ -121,9 +123,12 @@ def enter(structure, values, work, n, chosen):
     `work.round` has its number, its length in steps of the output, the time at its start, that of
     the result which it leads to, how much of it has passed, and the functions of time in it.
     """
-    none, part = filled(0.0), load(values.parts, n)
-    stepping, rows = less(none, part), structure.functions * COEFFICIENTS
-    length, start = where(stepping, part, filled(1.0)), load(values.moments, n - 1)
+    none = filled(0.0)
+    part = load(values.parts, n)
+    stepping = less(none, part)
+    rows = structure.functions * COEFFICIENTS
+    length = where(stepping, part, filled(1.0))
+    start = load(values.moments, n - 1)
     begun = filled(float(n)), length, start, load(values.numbers, n), none
     for row in range(5):
         store(work.round, row, where(chosen, begun[row], load(work.round, row)))
@@ -144,10 +149,17 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     or 0 if it ended with an event. Returns the masks of those that have come to the end of their
     round, and of those that failed.
     """
-    z, a, none, now, state = work.z, work.a, filled(0.0), np.int64(0), structure.state
-    length, elapsed = load(work.round, 1) * method.step, load(work.round, 4)
-    time, number = load(work.round, 2) + elapsed, load(work.round, 3)
-    planned, ahead = load(work.steps, 0), length - elapsed
+    z = work.z
+    a = work.a
+    none = filled(0.0)
+    now = np.int64(0)
+    state = structure.state
+    length = load(work.round, 1) * method.step
+    elapsed = load(work.round, 4)
+    time = load(work.round, 2) + elapsed
+    number = load(work.round, 3)
+    planned = load(work.steps, 0)
+    ahead = length - elapsed
     longest = longest_in_contact(structure, values, limits, z)
     closed = less(longest, filled(1e300))
     contact_part, smallest = limits_of_contacts(structure, values, limits, z)
@@ -198,7 +210,8 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     share_forces(structure, values, now, work, accepted, redundant, known, number)
 
     planned = load(work.steps, 0)
-    cubed, before = error / (step * step * step), load(work.steps, 3)
+    cubed = error / (step * step * step)
+    before = load(work.steps, 3)
     expected = extrapolate_error(error, cubed, before, where(closed, accepted, none))
     next_step = next_length(expected, closed, failed, early, event, step)
     limited = where(closed, less(next_step, 0.99 * CONTROL.longest * step), none)
@@ -234,11 +247,18 @@ def take_step(  # noqa: PLR0915 (a step is one story)
 def leave(structure, method, limits, values, work, n, chosen, outputs, failure):
     """End round n where `chosen` is true: impulses, new accelerations, and the sensors."""
     state = structure.state
-    z, none, now, rounds = work.z, filled(0.0), np.int64(0), outputs.shape[0] - 2
-    part, moment = load(values.parts, n), load(values.moments, n)
+    z = work.z
+    none = filled(0.0)
+    now = np.int64(0)
+    rounds = outputs.shape[0] - 2
+    part = load(values.parts, n)
+    moment = load(values.moments, n)
     add_turns(structure, method, values, work, where(less(none, part), chosen, none))
-    still, struck, jammed = where(less(none, part), none, chosen), none, none
-    place, length = where(still, none, filled(1.0)), load(work.round, 1) * method.step
+    still = where(less(none, part), none, chosen)
+    struck = none
+    jammed = none
+    place = where(still, none, filled(1.0))
+    length = load(work.round, 1) * method.step
     set_functions(structure.functions, values, work.polynomials, place, length)
     if any_true(still):
         keep_state(structure, work)
@@ -259,7 +279,8 @@ def leave(structure, method, limits, values, work, n, chosen, outputs, failure):
         jammed = note_failure(failure, FAILURE.jammed, maximum(jammed, more))
         store(failure, 1, where(jammed, load(values.numbers, n), load(failure, 1)))
         follow_depths(structure, values, z, still)
-    sensed, rows = outputs[rounds + 1], outputs[n]
+    sensed = outputs[rounds + 1]
+    rows = outputs[n]
     sense(structure, values, now, z, sensed, work.blocks)
     for row in range(outputs.shape[1]):
         store(rows, row, where(chosen, load(sensed, row), load(rows, row)))
@@ -274,7 +295,9 @@ def leave(structure, method, limits, values, work, n, chosen, outputs, failure):
 @compiled
 def march_freely(structure, method, limits, tolerance, values, work, outputs, failure, stop):
     """Simulate one block of samples from the state that `start` has filled, see `entries`."""
-    z, none, now = work.z, filled(0.0), np.int64(0)
+    z = work.z
+    none = filled(0.0)
+    now = np.int64(0)
     begin_steps(structure, work)
     anew = less(load(work.steps, 1), filled(SHORTEST_STEP))
     for row in range(2):
@@ -287,7 +310,8 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
     begin_modes(structure, method, values, work, limits, failure, anew)
     sense_start(structure, values, work, outputs)
     alive = where(load(failure, 0), none, filled(1.0))
-    rounds, arrived = outputs.shape[0] - 2, alive
+    rounds = outputs.shape[0] - 2
+    arrived = alive
     store(work.round, 0, none)
     while True:
         while any_true(arrived):
@@ -300,7 +324,8 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
                 stepping = enter(structure, values, work, n + 1, same)
                 arrived = where(stepping, none, arrived)
             else:
-                alive, arrived = where(same, none, alive), where(same, none, arrived)
+                alive = where(same, none, alive)
+                arrived = where(same, none, arrived)
         if not any_true(alive) or any_true(load(stop, 0)):
             break
         arrived, lost = take_step(

@@ -22,7 +22,8 @@ def slow_steps(system: System, work: WorkSpace) -> str:
 
 def _step_causes(system: System, work: WorkSpace, lane: int, *, events: float = 2.0) -> str:
     """Return what the steps of a lane follow; more `events` without a long step are named."""
-    limit, closed = int(work.counts[3, lane]), _closed_contacts(system, work.z[:, lane])
+    limit = int(work.counts[3, lane])
+    closed = _closed_contacts(system, work.z[:, lane])
     touching = " and ".join(map(repr, dict.fromkeys(closed)))
     if work.steps[2, lane] > events:
         return "events that are close together, as of contacts that bounce or of stick and slip"

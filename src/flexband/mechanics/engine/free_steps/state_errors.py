@@ -37,9 +37,11 @@ OF_RULE = 1.6
 @compiled
 def _move(structure, values, z, wrong, s, step, memory):
     """Move what a law reads by errors of the coordinates, with rows as [0, q], made in a step."""
-    laws, rows = structure.laws, layout(structure.laws, s)
+    laws = structure.laws
+    rows = layout(structure.laws, s)
     for p in range(rows.first, rows.end):
-        row, a = AXES * (p - rows.first), laws.angle + p
+        row = AXES * (p - rows.first)
+        a = laws.angle + p
         x, y = vector_rate(structure, values, z, wrong, 0, laws.position + p)
         moves = x, y, polar_rate(structure, values, z, wrong, 0, a)
         for axis in range(AXES):
@@ -74,7 +76,10 @@ def error_of_states(structure, values, now, work, step, longest):
 
     `work.s` has the errors of the coordinates, and `longest` is an output step [s].
     """
-    laws, z, memory, largest = structure.laws, work.z, work.blocks, filled(0.0)
+    laws = structure.laws
+    z = work.z
+    memory = work.blocks
+    largest = filled(0.0)
     places = rows_of_states(structure.state)
     for s in range(len(laws.address)):
         rows = layout(laws, s)
@@ -84,7 +89,8 @@ def error_of_states(structure, values, now, work, step, longest):
             call_at(laws.address[s], memory, 0)
         for k in range(rows.states):
             n = rows.state + k
-            y, rate = load(z, places.y + n), load(z, places.rate + n)
+            y = load(z, places.y + n)
+            rate = load(z, places.rate + n)
             trapezoid = 0.5 * step * (load(work.before, places.rate + n) + rate)
             error = OF_RULE * magnitude(y - load(work.before, places.y + n) - trapezoid)
             error += magnitude(load(memory, rows.y + k) - y)

@@ -94,8 +94,11 @@ def sliding_rates(structure, values, now, work):
 @compiled
 def update_margins(structure, values, now, work, limits, step):
     """Set the margins and their rates; the contacts' forces are up to date."""
-    state, z, none = structure.state, work.z, filled(0.0)
-    rows, gaps = friction_rows(state), rows_of_gaps(state)
+    state = structure.state
+    z = work.z
+    none = filled(0.0)
+    rows = friction_rows(state)
+    gaps = rows_of_gaps(state)
     first = gaps.number - rows.frictions
     if rows.frictions > 0:
         update_dependent(structure, values, now, z)
@@ -105,7 +108,8 @@ def update_margins(structure, values, now, work, limits, step):
         sliding_rates(structure, values, now, work)
         for k in range(rows.frictions):
             _, N, _ = sums_of_line(structure, values, z, k)
-            u, held = load(z, rows.speed + k), sticks(state, z, k)
+            u = load(z, rows.speed + k)
+            held = sticks(state, z, k)
             idle = where(less(none, N), none, filled(1.0))  # it may slide in any sense
             sense = where(less(u, none), filled(-1.0), filled(1.0))
             sense = where(idle, sense, load(z, rows.mode + k))
@@ -113,7 +117,8 @@ def update_margins(structure, values, now, work, limits, step):
             margin = where(held, -excess(structure, values, z, k), slid)
             rate = where(held, none, -sense * load(work.r, state.friction + k))
             if structure.friction.switched[k]:
-                margin, rate = where(held, N, -N), none
+                margin = where(held, N, -N)
+                rate = none
             if structure.friction.earlier[k] >= 0:
                 follower = follows(structure, z, k)
                 margin = where(follower, filled(1.0), margin)
@@ -127,19 +132,24 @@ def update_margins(structure, values, now, work, limits, step):
 @compiled
 def begin_to_stick(structure, values, now, work, limits, step, chosen):
     """Let all that is at rest stick where it is, and slide what is not, in its sense."""
-    state, z, r, none = structure.state, work.z, work.r, filled(0.0)
+    state = structure.state
+    z = work.z
+    r = work.r
+    none = filled(0.0)
     rows = friction_rows(state)
     update_dependent(structure, values, now, z)
     clear(r, state.velocity)
     update_friction(structure, values, now, z, r)
     add_constraints(structure.friction.terms, values.friction.terms, values.functions, now, z, r)
     for k in range(rows.frictions):
-        held, u = sticks(state, z, k), load(z, rows.speed + k)
+        held = sticks(state, z, k)
+        u = load(z, rows.speed + k)
         _, N, _ = sums_of_line(structure, values, z, k)
         sense = where(less(u, none), filled(-1.0), filled(1.0))
         back = less(u * load(z, rows.mode + k), none)  # beyond the event at which it comes to rest
         if structure.friction.one_way[k]:
-            sense, back = filled(1.0), less(u, none)
+            sense = filled(1.0)
+            back = less(u, none)
         slow = less(magnitude(u), 2.0 * rest_speed(structure, values, limits, step, k))
         if not structure.friction.switched[k]:  # an impact moves what stuck before
             held = where(held, slow, none)
@@ -147,7 +157,8 @@ def begin_to_stick(structure, values, now, work, limits, step, chosen):
         new = where(held, load(z, rows.mode + k), where(rest, filled(MODE.sticks), sense))
         stopped = where(held, none, rest)
         if is_in_line(structure, k):
-            new, stopped = where(is_closed(structure, z, k), new, sense), filled(1.0)
+            new = where(is_closed(structure, z, k), new, sense)
+            stopped = filled(1.0)
         travel = load(r, state.friction + k)
         if structure.friction.switched[k]:
             rest = less(none, N)
@@ -167,10 +178,12 @@ def begin_to_stick(structure, values, now, work, limits, step, chosen):
 @compiled
 def follow_first(structure, z, chosen):
     """Let what follows another have the mode of that one."""
-    first, friction = friction_rows(structure.state).mode, structure.friction
+    first = friction_rows(structure.state).mode
+    friction = structure.friction
     for k in range(structure.state.angle - structure.state.friction):
         if friction.earlier[k] >= 0:
-            mode, n = load(z, first + k), friction.earlier[k]
+            mode = load(z, first + k)
+            n = friction.earlier[k]
             while n >= 0:  # the last that is found is the first of the line
                 closed = where(follows(structure, z, k), is_closed(structure, z, n), filled(0.0))
                 mode = where(where(chosen, closed, filled(0.0)), load(z, first + n), mode)
@@ -191,8 +204,12 @@ def allowed_place(structure, values, k, travel):
 @compiled
 def bring_to_rest(structure, values, now, work, chosen):
     """Project the velocities of what sticks, and of what begins to slide against its speed."""
-    state, z, r, none = structure.state, work.z, work.r, filled(0.0)
-    rows, switched = friction_rows(state), structure.friction.switched
+    state = structure.state
+    z = work.z
+    r = work.r
+    none = filled(0.0)
+    rows = friction_rows(state)
+    switched = structure.friction.switched
     for k in range(rows.frictions):
         sense = load(z, rows.mode + k)
         against = where(chosen, less(sense * load(z, rows.speed + k), none), none)
@@ -240,10 +257,13 @@ def change_modes(structure, values, now, work, limits, step, chosen):
     q̈ and λ are those of the present modes. One friction is released at a time: with others that
     stick only for the trial, one that holds may seem to ask for too much.
     """
-    state, z, none = structure.state, work.z, filled(0.0)
+    state = structure.state
+    z = work.z
+    none = filled(0.0)
     rows = friction_rows(state)
     sliding_rates(structure, values, now, work)
-    changed, loosest = none, none
+    changed = none
+    loosest = none
     largest = greatest(z, state.acceleration, values.inverse_scale, state.coordinates)
     rounding = STICK.still * step * largest
     for k in range(rows.frictions):
@@ -253,7 +273,8 @@ def change_modes(structure, values, now, work, limits, step, chosen):
         loose = looseness(structure, values, z, k, change_of_speed, still)
         loosest = maximum(loosest, loose)
     for k in range(rows.frictions):
-        sense, held = load(z, rows.mode + k), sticks(state, z, k)
+        sense = load(z, rows.mode + k)
+        held = sticks(state, z, k)
         force, N, _ = sums_of_line(structure, values, z, k)
         slow = rest_speed(structure, values, limits, step, k)
         still = slow + rounding * length_unit(structure, values, k)
@@ -279,7 +300,8 @@ def change_modes(structure, values, now, work, limits, step, chosen):
 @compiled
 def may_jam(structure):
     """Return whether friction is that of joints: the forces of contacts and brakes are given."""
-    friction, may = structure.friction, structure.friction.follows
+    friction = structure.friction
+    may = structure.friction.follows
     for k in range(friction_rows(structure.state).frictions):
         may = may or friction.switched[k]
     return may
@@ -288,7 +310,9 @@ def may_jam(structure):
 @compiled
 def is_struck(structure, values, work, limits, step, chosen):
     """Return where a joint that becomes active, or a clutch that locks, stops a speed at once."""
-    z, rows, struck = work.z, friction_rows(structure.state), filled(0.0)
+    z = work.z
+    rows = friction_rows(structure.state)
+    struck = filled(0.0)
     for k in range(rows.frictions):
         if structure.friction.switched[k] or structure.friction.one_way[k]:
             rest = 2.0 * rest_speed(structure, values, limits, step, k)
@@ -306,12 +330,16 @@ def settle_modes(structure, method, values, now, work, limits, chosen):
     first. `work.before` has the state before the event.
     """
     step = method.step
-    state, rows, none = structure.state, friction_rows(structure.state), filled(0.0)
-    pending, left_out = chosen, none
+    state = structure.state
+    rows = friction_rows(structure.state)
+    none = filled(0.0)
+    pending = chosen
+    left_out = none
     if rows.frictions == 0:
         return accelerate(structure, values, now, work, chosen), none
     begin_to_stick(structure, values, now, work, limits, step, chosen)
-    struck, refused = is_struck(structure, values, work, limits, step, chosen), none
+    struck = is_struck(structure, values, work, limits, step, chosen)
+    refused = none
     if any_true(struck):
         refused = strike_parts(structure, method, values, now, work, limits, struck, False)
         begin_to_stick(structure, values, now, work, limits, step, struck)

@@ -62,20 +62,26 @@ def _node(z, first):
     than 90°: the section is turned over.
     """
     gx, gy, dx, dy = load_rows(z, first + 2, 4)
-    id, ig = 1.0 / sqrt(dx * dx + dy * dy), 1.0 / sqrt(gx * gx + gy * gy)
-    ex, ey = dx * id, dy * id
-    along, across = gx * ey - gy * ex, gx * ex + gy * ey
+    id = 1.0 / sqrt(dx * dx + dy * dy)
+    ig = 1.0 / sqrt(gx * gx + gy * gy)
+    ex = dx * id
+    ey = dy * id
+    along = gx * ey - gy * ex
+    across = gx * ex + gy * ey
     twice = where(less(filled(0.0), along), 2.0 + 2.0 * along * ig, filled(np.nan))
     c = 0.5 * sqrt(twice)
     s = 0.5 * across * ig / c
-    t, f = (-gy * ig * ig, gx * ig * ig), (-ey * id, ex * id)
+    t = (-gy * ig * ig, gx * ig * ig)
+    f = (-ey * id, ex * id)
     return (gx, gy), (dx, dy), (ex, ey), (ey, -ex), t, f, along, across, c, s
 
 
 @compiled
 def _element(node_i, node_j, z, first, il):
     """Return p/|p|, |p| and the cosine and sine of γ in the middle, and κ with its derivatives."""
-    u, gi, gj = chord(z, first, first + 6, il), node_i[0], node_j[0]
+    u = chord(z, first, first + 6, il)
+    gi = node_i[0]
+    gj = node_j[0]
     p = middle(u, gi, gj)
     length, (ci, si), (cj, sj) = stretch(p, gi, gj), node_i[8:10], node_j[8:10]
     inverse = 1.0 / length
@@ -115,7 +121,8 @@ def _resultants(beams, values, z, velocity, e, il, node_i, node_j, element):
     if beams.damped[e]:  # the stresses of a Kelvin–Voigt solid are those of E + τ Ė
         rates = _strain_rates(z, velocity + beams.first[e], il, node_i, node_j, element)
         tau = load(values.retardation, 2 * e)
-        axial, rest = plus(strain[0:3], tau, rates[0:3]), plus(strain[5:9], tau, rates[5:9])
+        axial = plus(strain[0:3], tau, rates[0:3])
+        rest = plus(strain[5:9], tau, rates[5:9])
         bent = plus(strain[3:5], load(values.retardation, 2 * e + 1), rates[3:5])
         strain = axial + bent + rest
     return _product(numbers[0:14], strain), numbers[0:14]
@@ -170,7 +177,8 @@ def _add_node_force(r, first, fx, fy, sheared, moment, N, Q, b, node):
     the strain of thickness.
     """
     _, d, e, n, t, f, along, across = node[0:8]
-    by_angle, force = moment + N * across - Q * along - sheared, (fx, fy)
+    by_angle = moment + N * across - Q * along - sheared
+    force = (fx, fy)
     for axis in range(2):
         by_g = force[axis] + N * n[axis] + Q * e[axis] + sheared * t[axis]
         add_to(r, first + axis, by_g)
@@ -181,7 +189,8 @@ def _add_node_force(r, first, fx, fy, sheared, moment, N, Q, b, node):
 def add_beam_forces(beams, values, z, velocity, r):
     """Add the elastic and damping forces F(q, q̇) to `r`; [0, v] starts in row `velocity` of z."""
     for e in range(len(beams.first)):
-        first, il = beams.first[e], load(values.inverse_length, e)
+        first = beams.first[e]
+        il = load(values.inverse_length, e)
         if e == 0 or beams.first[e - 1] + 6 != first:
             node_j = _node(z, first)
         node_i = node_j  # pyright: ignore[reportPossiblyUnboundVariable]
@@ -189,17 +198,24 @@ def add_beam_forces(beams, values, z, velocity, r):
         element = _element(node_i, node_j, z, first, il)
         forces, _ = _resultants(beams, values, z, velocity, e, il, node_i, node_j, element)
         (tx, ty), _, cos, _ = element[0]
-        sheared, M, along = _by_shear(forces, element), forces[3], forces[1] * cos
+        sheared = _by_shear(forces, element)
+        M = forces[3]
+        along = forces[1] * cos
         force = times(forces[4], change_row(element[1], element[2]))
         force = plus(force, along, middle_row(tx, ty))
-        ux, uy = il * force[0], il * force[1]
+        ux = il * force[0]
+        uy = il * force[1]
         add_to(r, first, -ux)
         add_to(r, first + 1, -uy)
         add_to(r, first + 6, ux)
         add_to(r, first + 7, uy)
-        N, Q, b = forces[0], forces[5], forces[7]
+        N = forces[0]
+        Q = forces[5]
+        b = forces[7]
         _add_node_force(r, first + 2, force[2], force[3], sheared, -M, N, Q, b, node_i)
-        N, Q, b = forces[2], forces[6], forces[8]
+        N = forces[2]
+        Q = forces[6]
+        b = forces[8]
         _add_node_force(r, first + 8, force[4], force[5], sheared, M, N, Q, b, node_j)
 
 
@@ -208,8 +224,10 @@ def beam_energy(beams, values, z):
     """Return the elastic energy of all beams [J]."""
     total = 0.0 * load(z, 0)
     for e in range(len(beams.first)):
-        first, il = beams.first[e], load(values.inverse_length, e)
-        node_i, node_j = _node(z, first), _node(z, first + 6)
+        first = beams.first[e]
+        il = load(values.inverse_length, e)
+        node_i = _node(z, first)
+        node_j = _node(z, first + 6)
         numbers = load_rows(values.stiffness, NUMBERS * e, NUMBERS)
         strain = _strains(node_i, node_j, _element(node_i, node_j, z, first, il))
         strain = plus(strain, -1.0, numbers[14:23])
@@ -223,7 +241,9 @@ def beam_energy(beams, values, z):
 def add_beam_tangent(beams, values, z, velocity, weight, rate, matrix, blocks):
     """Add weight × (∂F/∂q + rate ∂F/∂q̇) of the beams to `matrix`; `blocks` is work space."""
     for e in range(len(beams.first)):
-        first, il, slot = beams.first[e], load(values.inverse_length, e), beams.slot[e]
+        first = beams.first[e]
+        il = load(values.inverse_length, e)
+        slot = beams.slot[e]
         if e == 0 or beams.first[e - 1] + 6 != first:
             node_j = _node(z, first)
         node_i = node_j  # pyright: ignore[reportPossiblyUnboundVariable]
@@ -234,14 +254,21 @@ def add_beam_tangent(beams, values, z, velocity, weight, rate, matrix, blocks):
             factor = 1.0 + rate * load(values.retardation, 2 * e)
             bending = 1.0 + rate * load(values.retardation, 2 * e + 1)
             c = scale_stiffness(c[0:9], factor, bending) + times(factor, c[9:14])
-        sheared, M = _by_shear(forces, element), forces[3]
+        sheared = _by_shear(forces, element)
+        M = forces[3]
         _sum_tangent(c, forces, sheared, node_i, node_j, element, blocks)
         add_line_tangent(slot, 2, 6, 8, il, weight, blocks, matrix)
-        N, Q, b = forces[0], forces[5], forces[7]
+        N = forces[0]
+        Q = forces[5]
+        b = forces[7]
         _add_section(slot, 0, il, weight, -M - sheared, N, Q, b, c[12], node_i, blocks, matrix)
-        N, Q, b = forces[2], forces[6], forces[8]
+        N = forces[2]
+        Q = forces[6]
+        b = forces[8]
         _add_section(slot, 1, il, weight, M - sheared, N, Q, b, c[13], node_j, blocks, matrix)
-        both, fi, fj = load(blocks, SUM + VARIABLES * 6 + 7), node_i[5], node_j[5]
+        both = load(blocks, SUM + VARIABLES * 6 + 7)
+        fi = node_i[5]
+        fj = node_j[5]
         block = times(both * fi[0], fj) + times(both * fi[1], fj)
         add_block(matrix, slot, 4, 10, weight, block)
 
@@ -272,7 +299,8 @@ def _add_section(slot, side, il, weight, moment, N, Q, b, stiffness, node, block
 def _rotate_block(a, side, f, blocks):
     """Return the block of vector a of u, g_i and g_j and of d from that of a and φ."""
     first = SUM + 2 * VARIABLES * a + 6 + side
-    x, y = load(blocks, first), load(blocks, first + VARIABLES)
+    x = load(blocks, first)
+    y = load(blocks, first + VARIABLES)
     return x * f[0], x * f[1], y * f[0], y * f[1]
 
 
@@ -282,10 +310,13 @@ def _sum_tangent(c, forces, sheared, node_i, node_j, element, blocks):
     ((tx, ty), length, cos, sin), bent_1, bent_2 = element
     _, _, (eix, eiy), (nix, niy), (tix, tiy), _, along_i, across_i = node_i[0:8]
     _, _, (ejx, ejy), (njx, njy), (tjx, tjy), _, along_j, across_j = node_j[0:8]
-    zero, unity = 0.0 * length, 1.0 + 0.0 * length
+    zero = 0.0 * length
+    unity = 1.0 + 0.0 * length
     none = (zero, zero)
 
-    ax, ay, half = cos * tx, cos * ty, 0.5 * length * sin
+    ax = cos * tx
+    ay = cos * ty
+    half = 0.5 * length * sin
     row = (
         1.5 * ax,
         1.5 * ay,
@@ -303,8 +334,10 @@ def _sum_tangent(c, forces, sheared, node_i, node_j, element, blocks):
     add_row(2, change, times(c[8], change), blocks)
 
     # Those of N |p| cos γ by p, and by p and γ = (γ_i + γ_j)/2, as a sum of squares.
-    inverse, N = 1.0 / (length * cos), forces[1]
-    px, py = sin * inverse * tx, sin * inverse * ty
+    inverse = 1.0 / (length * cos)
+    N = forces[1]
+    px = sin * inverse * tx
+    py = sin * inverse * ty
     row = (
         1.5 * px,
         1.5 * py,
@@ -323,15 +356,20 @@ def _sum_tangent(c, forces, sheared, node_i, node_j, element, blocks):
 
     _add_node(1, sheared, forces[0], forces[5], c[3], c[9], node_i, blocks)
     _add_node(2, sheared, forces[2], forces[6], c[5], c[11], node_j, blocks)
-    axial, shear = c[4], c[10]
-    nx, ny, ex, ey = axial * nix, axial * niy, shear * eix, shear * eiy
+    axial = c[4]
+    shear = c[10]
+    nx = axial * nix
+    ny = axial * niy
+    ex = shear * eix
+    ey = shear * eiy
     block = nx * njx + ex * ejx, nx * njy + ex * ejy, ny * njx + ey * ejx, ny * njy + ey * ejy
     add_to_sum(1, 2, block, blocks)
     place = SUM + 2 * VARIABLES + 7  # of g_i and φ_j
     add_to(blocks, place, nx * across_j - ex * along_j)
     add_to(blocks, place + VARIABLES, ny * across_j - ey * along_j)
     place = SUM + 4 * VARIABLES + 6  # of g_j and φ_i
-    N, Q = axial * across_i, shear * along_i
+    N = axial * across_i
+    Q = shear * along_i
     add_to(blocks, place, N * njx - Q * ejx)
     add_to(blocks, place + VARIABLES, N * njy - Q * ejy)
     add_to(blocks, SUM + 6 * VARIABLES + 7, N * across_j + Q * along_j)
@@ -344,7 +382,11 @@ def _add_node(a, sheared, N, Q, axial, shear, node, blocks):
     N, Q, `axial` and `shear` are the derivatives by Γ and Q; a is 1 for node i and 2 for node j.
     """
     _, _, (ex, ey), (nx, ny), (tx, ty), _, along, across = node[0:8]
-    Nx, Ny, Qx, Qy, skew = axial * nx, axial * ny, shear * ex, shear * ey, 2.0 * sheared * tx * ty
+    Nx = axial * nx
+    Ny = axial * ny
+    Qx = shear * ex
+    Qy = shear * ey
+    skew = 2.0 * sheared * tx * ty
     xy = Nx * ny + Qx * ey + sheared * (tx * tx - ty * ty)
     add_to_sum(a, a, (Nx * nx + Qx * ex - skew, xy, xy, Ny * ny + Qy * ey + skew), blocks)
     first = SUM + 2 * VARIABLES * a + 5 + a

@@ -35,9 +35,12 @@ NUMBERS = 14
 def _element(cables, z, e, il):
     """Return (direction, length) of p at both ends and in the middle, and κ with derivatives."""
     first = cables.first[e]
-    gi, gj = load_rows(z, first + 2, 2), load_rows(z, first + 6, 2)
+    gi = load_rows(z, first + 2, 2)
+    gj = load_rows(z, first + 6, 2)
     u = chord(z, first, first + 4, il)
-    p, li, lj = middle(u, gi, gj), _length(gi), _length(gj)
+    p = middle(u, gi, gj)
+    li = _length(gi)
+    lj = _length(gj)
     lm = stretch(p, gi, gj)
     ends = (gi[0] / li, gi[1] / li, li), (gj[0] / lj, gj[1] / lj, lj)
     return ends[0], (p[0] / lm, p[1] / lm, lm), ends[1], bend(0, u, gi, gj), bend(1, u, gi, gj)
@@ -71,7 +74,8 @@ def _resultants(cables, values, z, velocity, e, il, element):
 def _strain_rates(z, first, il, element):
     """Return the rates of the strains; the element's velocities start at z_first."""
     (ix, iy, li), (mx, my, _), (jx, jy, lj), bent_1, bent_2 = element
-    gi, gj = load_rows(z, first + 2, 2), load_rows(z, first + 6, 2)
+    gi = load_rows(z, first + 2, 2)
+    gj = load_rows(z, first + 6, 2)
     u = chord(z, first, first + 4, il)
     px, py = middle(u, gi, gj)
     return (
@@ -87,14 +91,17 @@ def _strain_rates(z, first, il, element):
 def add_cable_forces(cables, values, z, velocity, r):
     """Add the elastic and damping forces F(q, q̇) to `r`; [0, v] starts in row `velocity` of z."""
     for e in range(len(cables.first)):
-        first, il = cables.first[e], load(values.inverse_length, e)
+        first = cables.first[e]
+        il = load(values.inverse_length, e)
         element = _element(cables, z, e, il)
         forces, _ = _resultants(cables, values, z, velocity, e, il, element)
         (ix, iy, li), (mx, my, _), (jx, jy, lj), bent_1, bent_2 = element
         force = times(forces[4], change_row(bent_1, bent_2))
         force = plus(force, forces[1], middle_row(mx, my))
-        across_i, across_j = -forces[3] / li, forces[3] / lj
-        ux, uy = il * force[0], il * force[1]
+        across_i = -forces[3] / li
+        across_j = forces[3] / lj
+        ux = il * force[0]
+        uy = il * force[1]
         add_to(r, first, -ux)
         add_to(r, first + 1, -uy)
         add_to(r, first + 2, force[2] + forces[0] * ix - across_i * iy)
@@ -146,7 +153,8 @@ def _sum_tangent(c, forces, element, blocks):
         c[2] * jy - 0.25 * my,
     )
     add_row(0, row, times(c[0], row), blocks)
-    zero, change = 0.0 * li, change_row(bent_1, bent_2)
+    zero = 0.0 * li
+    change = change_row(bent_1, bent_2)
     turn = (zero, zero, iy / li, -ix / li, -jy / lj, jx / lj)
     row = plus(turn, c[7], change)
     add_row(1, row, times(c[6], row), blocks)
@@ -157,7 +165,8 @@ def _sum_tangent(c, forces, element, blocks):
     add_change_of_curvature(forces[4], bent_1, bent_2, blocks)
     _add_end(1, c[3], forces[0], -forces[3], element[0], blocks)
     _add_end(2, c[5], forces[2], forces[3], element[2], blocks)
-    x, y = c[4] * ix, c[4] * iy
+    x = c[4] * ix
+    y = c[4] * iy
     add_to_sum(1, 2, (x * jx, x * jy, y * jx, y * jy), blocks)
 
 
@@ -169,7 +178,8 @@ def _add_end(a, stiffness, N, M, end, blocks):
     N by |g|; a is 1 for node i and 2 for node j.
     """
     x, y, length = end
-    across, skew = N / length, M / (length * length)
+    across = N / length
+    skew = M / (length * length)
     xx = stiffness * x * x + across * y * y + 2.0 * skew * x * y
     xy = (stiffness - across) * x * y + skew * (y * y - x * x)
     yy = stiffness * y * y + across * x * x - 2.0 * skew * x * y

@@ -100,8 +100,10 @@ def bend(g, u, gi, gj):
         (SLOPES[0, g], SLOPES[1, g], SLOPES[2, g]),
         (CURVES[0, g], CURVES[1, g], CURVES[2, g]),
     )
-    px, py = h * u[0] + hi * gi[0] + hj * gj[0], h * u[1] + hi * gi[1] + hj * gj[1]
-    wx, wy = k * u[0] + ki * gi[0] + kj * gj[0], k * u[1] + ki * gi[1] + kj * gj[1]
+    px = h * u[0] + hi * gi[0] + hj * gj[0]
+    py = h * u[1] + hi * gi[1] + hj * gj[1]
+    wx = k * u[0] + ki * gi[0] + kj * gj[0]
+    wy = k * u[1] + ki * gi[1] + kj * gj[1]
     inverse = 1.0 / (px * px + py * py)
     kappa = (px * wy - py * wx) * inverse
     by_p = ((wy - 2.0 * kappa * px) * inverse, (-wx - 2.0 * kappa * py) * inverse)
@@ -113,8 +115,11 @@ def change_row(bent_1, bent_2):
     """Return the derivatives of κ₂ − κ₁ by u, g_i and g_j."""
     _, _, _, (px, py), (qx, qy) = bent_1
     _, _, _, (rx, ry), (sx, sy) = bent_2
-    h, k, m = SLOPES[2, 1], CURVES[1, 0], CURVES[1, 1]  # κ₁ has −h, k, m; κ₂ has h, −m, −k
-    px, py = h * (px + rx), h * (py + ry)
+    h = SLOPES[2, 1]
+    k = CURVES[1, 0]
+    m = CURVES[1, 1]  # κ₁ has −h, k, m; κ₂ has h, −m, −k
+    px = h * (px + rx)
+    py = h * (py + ry)
     return (
         rx - bent_1[3][0] + CURVES[0, 1] * (sx + qx),
         ry - bent_1[3][1] + CURVES[0, 1] * (sy + qy),
@@ -128,7 +133,8 @@ def change_row(bent_1, bent_2):
 @compiled
 def angle_between(a, b):
     """Return the angle from a unit vector to another one, less than a half turn."""
-    cos, sin = a[0] * b[0] + a[1] * b[1], a[0] * b[1] - a[1] * b[0]
+    cos = a[0] * b[0] + a[1] * b[1]
+    sin = a[0] * b[1] - a[1] * b[0]
     half = sqrt(0.5 + 0.5 * cos)
     quarter = 0.5 * sin / (half * (1.0 + half))  # its tangent
     x = quarter / (1.0 + sqrt(1.0 + quarter * quarter))
@@ -185,7 +191,8 @@ def add_to_sum(a, b, block, blocks):
 @compiled
 def scale_stiffness(c, axial, bending):
     """Return the nine stiffness numbers times two factors; α, β and ρ are without a unit."""
-    a, b = times(axial, c), times(bending, c)
+    a = times(axial, c)
+    b = times(bending, c)
     return a[0:1] + c[1:3] + a[3:6] + b[6:7] + c[7:8] + b[8:9]
 
 
@@ -194,10 +201,13 @@ def _bend_hessian(moment, bent):
     """Return `moment` times the second derivatives pp, pw and its transpose of κ."""
     kappa, (px, py), inverse, (kx, ky), (qx, qy) = bent
     factor = 2.0 * moment * inverse
-    px, py = factor * px, factor * py
-    half, skew = 0.5 * factor, -px * ky - py * kx
+    px = factor * px
+    py = factor * py
+    half = 0.5 * factor
+    skew = -px * ky - py * kx
     pp = (-factor * kappa - 2.0 * px * kx, skew, skew, -factor * kappa - 2.0 * py * ky)
-    xy, yx = half - px * qy, -half - py * qx
+    xy = half - px * qy
+    yx = -half - py * qx
     return pp, (-px * qx, xy, yx, -py * qy), (-px * qx, yx, xy, -py * qy)
 
 
@@ -257,7 +267,8 @@ def add_line_tangent(slot, gi, rj, gj, il, weight, blocks, matrix):
     add_block(matrix, slot, 0, 0, weight * il * il, uu)
     add_block(matrix, slot, 0, rj, -weight * il * il, uu)
     add_block(matrix, slot, rj, rj, weight * il * il, uu)
-    ui, uj = block_of(0, 1, blocks), block_of(0, 2, blocks)
+    ui = block_of(0, 1, blocks)
+    uj = block_of(0, 2, blocks)
     add_block(matrix, slot, 0, gi, -weight * il, ui)
     add_block(matrix, slot, rj, gi, weight * il, ui)
     add_block(matrix, slot, 0, gj, -weight * il, uj)

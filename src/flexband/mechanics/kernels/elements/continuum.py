@@ -30,16 +30,24 @@ SHAPES = np.stack([_SLOPE[2], _SLOPE[1], _SLOPE[3], 1 - POSITIONS, POSITIONS])
 PRODUCTS = SHAPES[:, None, :] * SHAPES[None, :, :]
 ONES = np.ones(GAUSS_POINTS)
 P_COORDINATE = (-1, 2, 8)  # index of r_xi and r_xj in the element; the chord depends on r_i and r_j
-D_SHAPE, D_COORDINATE = (3, 4), (4, 10)  # shape and index of r_yi and r_yj
+D_SHAPE = (3, 4)
+D_COORDINATE = (4, 10)  # shape and index of r_yi and r_yj
 # Rows of the second derivatives of a Gauss point in the work space.
-PP, PW, PD, WW, WD, DD, HESSIAN_ROWS = 0, 3, 7, 11, 14, 18, 21
+PP = 0
+PW = 3
+PD = 7
+WW = 11
+WD = 14
+DD = 18
+HESSIAN_ROWS = 21
 
 
 @compiled
 def _vectors(z, first, il):
     """Return u, r_xi, r_xj, d_i, d_j and w of the element whose coordinates start at z_first."""
     xi, yi, gxi, gyi, dxi, dyi, xj, yj, gxj, gyj, dxj, dyj = load_rows(z, first, 12)
-    u, w = ((xj - xi) * il, (yj - yi) * il), ((dxj - dxi) * il, (dyj - dyi) * il)
+    u = ((xj - xi) * il, (yj - yi) * il)
+    w = ((dxj - dxi) * il, (dyj - dyi) * il)
     return u, (gxi, gyi), (gxj, gyj), (dxi, dyi), (dxj, dyj), w
 
 
@@ -47,7 +55,11 @@ def _vectors(z, first, il):
 def _section(vectors, g):
     """Return (p, w, d) at Gauss point g."""
     (ux, uy), (xi, yi), (xj, yj), (dxi, dyi), (dxj, dyj), w = vectors
-    h, hi, hj, ni, nj = SHAPES[0, g], SHAPES[1, g], SHAPES[2, g], SHAPES[3, g], SHAPES[4, g]
+    h = SHAPES[0, g]
+    hi = SHAPES[1, g]
+    hj = SHAPES[2, g]
+    ni = SHAPES[3, g]
+    nj = SHAPES[4, g]
     p = (h * ux + hi * xi + hj * xj, h * uy + hi * yi + hj * yj)
     return p, w, (ni * dxi + nj * dxj, ni * dyi + nj * dyj)
 
@@ -55,7 +67,8 @@ def _section(vectors, g):
 @compiled
 def _strains_and_stiffness(elements, values, e, g, section):
     """Return the strains and the stiffness coefficients of a section at Gauss point g."""
-    strain, c = strains(section), load_rows(values.stiffness, 9 * (GAUSS_POINTS * e + g), 9)
+    strain = strains(section)
+    c = load_rows(values.stiffness, 9 * (GAUSS_POINTS * e + g), 9)
     if elements.initial[e] >= 0:
         strain = plus(strain, -1.0, load_rows(values.initial, elements.initial[e] + 6 * g, 6))
     return strain, c
@@ -75,16 +88,21 @@ def _resultants(elements, values, e, g, section, rates):
 def add_continuum_forces(elements, values, z, velocity, r):
     """Add the elastic and damping forces F(q, q̇) to `r`; [0, v] starts in row `velocity` of z."""
     for e in range(len(elements.first)):
-        il, first = load(values.inverse_length, e), elements.first[e]
-        vectors, rates = _vectors(z, first, il), _vectors(z, velocity + first, il)
+        il = load(values.inverse_length, e)
+        first = elements.first[e]
+        vectors = _vectors(z, first, il)
+        rates = _vectors(z, velocity + first, il)
         fu = fgi = fgj = fdi = fdj = fw = (0.0 * il, 0.0 * il)
         for g in range(GAUSS_POINTS):
             section = _section(vectors, g)
             forces, _ = _resultants(elements, values, e, g, section, rates)
             fp, fwg, fd = gradient(forces, section)
-            fu, fw = plus(fu, SHAPES[0, g], fp), plus(fw, 1.0, fwg)
-            fgi, fgj = plus(fgi, SHAPES[1, g], fp), plus(fgj, SHAPES[2, g], fp)
-            fdi, fdj = plus(fdi, SHAPES[3, g], fd), plus(fdj, SHAPES[4, g], fd)
+            fu = plus(fu, SHAPES[0, g], fp)
+            fw = plus(fw, 1.0, fwg)
+            fgi = plus(fgi, SHAPES[1, g], fp)
+            fgj = plus(fgj, SHAPES[2, g], fp)
+            fdi = plus(fdi, SHAPES[3, g], fd)
+            fdj = plus(fdj, SHAPES[4, g], fd)
         for axis in range(2):
             row = first + axis
             add_to(r, row, -il * fu[axis])
@@ -130,8 +148,10 @@ def _sum4(blocks, k, weights):
 def add_continuum_tangent(elements, values, z, velocity, weight, rate, matrix, blocks):
     """Add weight × (∂F/∂q + rate ∂F/∂q̇) of the elements to `matrix`; `blocks` is work space."""
     for e in range(len(elements.first)):
-        il, first = load(values.inverse_length, e), elements.first[e]
-        vectors, rates = _vectors(z, first, il), _vectors(z, velocity + first, il)
+        il = load(values.inverse_length, e)
+        first = elements.first[e]
+        vectors = _vectors(z, first, il)
+        rates = _vectors(z, velocity + first, il)
         for g in range(GAUSS_POINTS):
             section = _section(vectors, g)
             forces, c = _resultants(elements, values, e, g, section, rates)
@@ -144,7 +164,9 @@ def add_continuum_tangent(elements, values, z, velocity, weight, rate, matrix, b
 @compiled
 def _scatter_tangent(slot, il, weight, matrix, blocks):
     """Sum the blocks of the Gauss points and add them to `matrix`."""
-    uu, r_i, r_j = _sum3(blocks, PP, PRODUCTS[0, 0]), 0, 6
+    uu = _sum3(blocks, PP, PRODUCTS[0, 0])
+    r_i = 0
+    r_j = 6
     add_block(matrix, slot, r_i, r_i, weight * il * il, uu)
     add_block(matrix, slot, r_i, r_j, -weight * il * il, uu)
     add_block(matrix, slot, r_j, r_j, weight * il * il, uu)

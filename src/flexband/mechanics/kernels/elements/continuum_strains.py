@@ -90,9 +90,12 @@ def hessian(c, forces, section):
     c00, c02, c22, c11, c0b, c2b, cbb, s0, s1 = c
     p, w, d = section
     N0, N1, N2, Nb, Q0, Q1 = forces
-    pp, pw = _symmetric(N0, c00, p, c11, w, s0, d), _mix(N1, c02, c11, p, w)
-    pd, ww = _mix(Q0, c0b, s0, p, d), _symmetric(N2, c22, w, c11, p, s1, d)
-    wd, dd = _mix(Q1, c2b, s1, w, d), _symmetric(Nb, cbb, d, s0, p, s1, w)
+    pp = _symmetric(N0, c00, p, c11, w, s0, d)
+    pw = _mix(N1, c02, c11, p, w)
+    pd = _mix(Q0, c0b, s0, p, d)
+    ww = _symmetric(N2, c22, w, c11, p, s1, d)
+    wd = _mix(Q1, c2b, s1, w, d)
+    dd = _symmetric(Nb, cbb, d, s0, p, s1, w)
     return pp + pw + pd + ww + wd + dd
 
 

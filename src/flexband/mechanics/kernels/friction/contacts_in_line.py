@@ -34,7 +34,9 @@ def is_in_line(structure, k):
 @compiled
 def follows(structure, z, k):
     """Return where friction k follows an earlier one of its line that is closed as well."""
-    friction, leads, n = structure.friction, filled(0.0), structure.friction.earlier[k]
+    friction = structure.friction
+    leads = filled(0.0)
+    n = structure.friction.earlier[k]
     while n >= 0:
         leads = maximum(leads, is_closed(structure, z, n))
         n = friction.earlier[n]
@@ -64,12 +66,18 @@ def first_in_line(structure, k):
 @compiled
 def sum_up_line(structure, values, z, first):
     """Return λ, the normal force, and what they can hold, of the closed ones of a line."""
-    friction, rows, none = structure.friction, friction_rows(structure.state), filled(0.0)
-    force, N, hold, n = none, none, none, first
+    friction = structure.friction
+    rows = friction_rows(structure.state)
+    none = filled(0.0)
+    force = none
+    N = none
+    hold = none
+    n = first
     while n >= 0:
         closed = is_closed(structure, z, n)
         normal = where(closed, load(z, rows.normal + n), none)
-        N, hold = N + normal, hold + load(values.friction.static, n) * normal
+        N = N + normal
+        hold = hold + load(values.friction.static, n) * normal
         force = force + where(closed, load(z, structure.state.friction + n), none)
         n = friction.later[n]
     return force, N, hold
@@ -82,9 +90,11 @@ def sums_of_line(structure, values, z, k):
     N = load(z, friction_rows(structure.state).normal + k)
     hold = load(values.friction.static, k) * N
     if is_in_line(structure, k):
-        closed, first = is_closed(structure, z, k), first_in_line(structure, k)
+        closed = is_closed(structure, z, k)
+        first = first_in_line(structure, k)
         of_line = sum_up_line(structure, values, z, first)
-        force, N = where(closed, of_line[0], force), where(closed, of_line[1], N)
+        force = where(closed, of_line[0], force)
+        N = where(closed, of_line[1], N)
         hold = where(closed, of_line[2], hold)
     return force, N, hold
 
@@ -92,7 +102,8 @@ def sums_of_line(structure, values, z, k):
 @compiled
 def share_in_line(structure, values, z):
     """Let the contacts of each line that stick share their force by what they can hold."""
-    state, rows = structure.state, friction_rows(structure.state)
+    state = structure.state
+    rows = friction_rows(structure.state)
     for k in range(rows.frictions):
         if structure.friction.earlier[k] < 0 and is_in_line(structure, k):
             force, _, hold = sum_up_line(structure, values, z, k)

@@ -81,7 +81,8 @@ def distance_of_centres(structure, values, z, n):
 @compiled
 def update_distances(structure, values, z):
     """Set the factors |d| of orbits to the present ones."""
-    friction, numbers = structure.friction, values.friction
+    friction = structure.friction
+    numbers = values.friction
     for n in range(len(friction.orbit_term)):
         distance = load(numbers.orbits, n) * distance_of_centres(structure, values, z, n)
         store(numbers.terms, friction.orbit_term[n], distance)
@@ -90,10 +91,13 @@ def update_distances(structure, values, z):
 @compiled
 def begin_sticking(structure, values, z):
     """Let circles that stick begin a step where they are."""
-    friction, rows = structure.friction, friction_rows(structure.state)
+    friction = structure.friction
+    rows = friction_rows(structure.state)
     for n in range(len(friction.orbit_term)):
-        k, t = friction.of_orbit[n], friction.orbit_term[n]
-        first, turn = n == 0 or friction.of_orbit[n - 1] != k, rows.turn + k
+        k = friction.of_orbit[n]
+        t = friction.orbit_term[n]
+        first = n == 0 or friction.of_orbit[n - 1] != k
+        turn = rows.turn + k
         angle = load(values.friction.orbits, n) * load(z, friction.terms.j[t])
         store(z, turn, angle if first else load(z, turn) + angle)
         store(z, rows.distance + k, distance_of_centres(structure, values, z, n))
@@ -108,11 +112,15 @@ def begin_sticking(structure, values, z):
 @compiled
 def hold_circles(structure, values, z, r):
     """Set the factors |d| of what sticks to their means in a step, and subtract φ₀ times these."""
-    friction, numbers, state = structure.friction, values.friction, structure.state
+    friction = structure.friction
+    numbers = values.friction
+    state = structure.state
     rows = friction_rows(state)
     for n in range(len(friction.orbit_term)):
-        k, t = friction.of_orbit[n], friction.orbit_term[n]
-        now, held = distance_of_centres(structure, values, z, n), sticks(state, z, k)
+        k = friction.of_orbit[n]
+        t = friction.orbit_term[n]
+        now = distance_of_centres(structure, values, z, n)
+        held = sticks(state, z, k)
         before = load(z, rows.distance + k)
         before = where(less(filled(0.0), before), before, now)
         mean = where(held, 0.5 * (before + now), now)
@@ -132,7 +140,8 @@ def update_components(structure, values, now, z):
     """Set the components of normal forces."""
     for row in range(first_component(structure), structure.state.gap):
         store(z, row, filled(0.0))
-    normals, coefficients = structure.friction.normals, values.friction.normals
+    normals = structure.friction.normals
+    coefficients = values.friction.normals
     add_products(normals, coefficients, values.functions, now, z, z, 1.0)
 
 
@@ -147,20 +156,27 @@ def coefficient(values, k, u):
 @compiled
 def update_friction(structure, values, now, z, r):
     """Set the normal forces, the sliding speeds, and λ of what slides; r is zero in its rows."""
-    friction, numbers, state = structure.friction, values.friction, structure.state
-    rows, components = friction_rows(state), first_component(structure)
+    friction = structure.friction
+    numbers = values.friction
+    state = structure.state
+    rows = friction_rows(state)
+    components = first_component(structure)
     for k in range(rows.frictions):
         store(z, rows.normal + k, filled(0.0))
     update_components(structure, values, now, z)
     for n in range(len(friction.of_components)):
-        row, k = components + 2 * n, friction.of_components[n]
-        x, y = load(z, row), load(z, row + 1)
+        row = components + 2 * n
+        k = friction.of_components[n]
+        x = load(z, row)
+        y = load(z, row + 1)
         add_to(z, rows.normal + k, x if friction.switched[k] else sqrt(x * x + y * y))
     update_distances(structure, values, z)
     subtract_velocity_errors(structure, values, friction.terms, numbers.terms, now, z, r)
     for k in range(rows.frictions):
         row = state.friction + k
-        u, N, sign = -load(r, row), load(z, rows.normal + k), load(z, rows.mode + k)
+        u = -load(r, row)
+        N = load(z, rows.normal + k)
+        sign = load(z, rows.mode + k)
         store(r, row, filled(0.0))
         store(z, rows.speed + k, u)
         force = sign * coefficient(values, k, u) * N + load(numbers.viscous, k) * u
@@ -173,13 +189,16 @@ def add_to_contacts(structure, values, z):
     """Add friction to the forces of its contacts, on the first and on the second body."""
     friction = structure.friction
     for n in range(len(friction.rubbed)):
-        row, first = friction.contact_force[n], friction.action + 3 * n
+        row = friction.contact_force[n]
+        first = friction.action + 3 * n
         force = load(z, structure.state.friction + friction.rubbed[n])
         x, y = vector(structure, values, z, first)
         ax, ay = vector(structure, values, z, first + 1)
         bx, by = vector(structure, values, z, first + 2)
-        size, couple = sqrt(x * x + y * y) + 1e-100, force * load(values.friction.radius, n)
-        x, y = force * x / size, force * y / size
+        size = sqrt(x * x + y * y) + 1e-100
+        couple = force * load(values.friction.radius, n)
+        x = force * x / size
+        y = force * y / size
         add_to(z, row, -x)
         add_to(z, row + 1, -y)
         add_to(z, row + 2, ay * x - ax * y - couple)
@@ -191,8 +210,10 @@ def add_to_contacts(structure, values, z):
 @compiled
 def force_of_motion(structure, values, z):
     """Return the largest m v² over the size of the mechanism."""
-    mass, first = structure.mass, structure.state.velocity
-    momentum, rate = filled(0.0), filled(0.0)
+    mass = structure.mass
+    first = structure.state.velocity
+    momentum = filled(0.0)
+    rate = filled(0.0)
     for p in range(len(mass.i)):
         if mass.i[p] == mass.j[p]:
             v = magnitude(load(z, first + mass.i[p]))
@@ -209,19 +230,28 @@ def carry_reactions(structure, values, z, chosen, begins):
     part of the forces that turn the motion, whichever is most. Changes before it `begins` do not
     count.
     """
-    friction, state, none = structure.friction, structure.state, filled(0.0)
-    rows, change, largest = reaction_rows(state), none, none
+    friction = structure.friction
+    state = structure.state
+    none = filled(0.0)
+    rows = reaction_rows(state)
+    change = none
+    largest = none
     if not friction.follows:
         return none
-    count, first, past = rows.number, rows.reaction, rows.change
+    count = rows.number
+    first = rows.reaction
+    past = rows.change
     for i in range(1, state.coordinates + 1):
         largest = maximum(largest, 1e-6 * magnitude(load(values.weight, i)))
     largest = maximum(largest, FOLLOW.least * force_of_motion(structure, values, z))
-    squares, products, others = none, none, none
+    squares = none
+    products = none
+    others = none
     for k in range(count):
         step = load(z, state.multiplier + k) - load(z, first + k)
         last = none if begins else load(z, past + k)
-        squares, products = squares + last * last, products + last * step
+        squares = squares + last * last
+        products = products + last * step
         others = others + step * step
     scale = where(less(none, squares), squares, filled(1.0))
     ratio = products / scale
@@ -230,8 +260,10 @@ def carry_reactions(structure, values, z, chosen, begins):
     parallel = where(less(magnitude(ratio), filled(FOLLOW.ratio)), parallel, none)
     factor = where(parallel, 1.0 / (1.0 - ratio), filled(1.0))
     for k in range(count):
-        reaction, before = load(z, state.multiplier + k), load(z, first + k)
-        step, last = reaction - before, none if begins else load(z, past + k)
+        reaction = load(z, state.multiplier + k)
+        before = load(z, first + k)
+        step = reaction - before
+        last = none if begins else load(z, past + k)
         change = maximum(change, magnitude(step))
         largest = maximum(largest, magnitude(reaction))
         store(z, first + k, where(chosen, before + factor * step, before))
@@ -255,7 +287,8 @@ def keep_sticking(structure, z, r):
 @compiled
 def add_friction(structure, values, now, z, r):
     """Add Φ_qᵀλ of friction to the coordinates' rows, and s − s₀ to the rows of what sticks."""
-    state, rows = structure.state, friction_rows(structure.state)
+    state = structure.state
+    rows = friction_rows(structure.state)
     hold_circles(structure, values, z, r)
     add_constraints(structure.friction.terms, values.friction.terms, values.functions, now, z, r)
     for k in range(rows.frictions):
@@ -266,7 +299,8 @@ def add_friction(structure, values, now, z, r):
 @compiled
 def add_jacobian(structure, values, now, z, weight, matrix):
     """Add Φ_q, and `weight` times Σ λ Φ_qq without angles, of joints and of what sticks."""
-    friction, state = structure.friction, structure.state
+    friction = structure.friction
+    state = structure.state
     add_constraint_tangent(structure, values, structure.terms, values.terms, now, z, weight, matrix)
     if state.angle == state.friction:
         return
@@ -285,7 +319,9 @@ def add_jacobian(structure, values, now, z, weight, matrix):
 @compiled
 def subtract_speed_errors(structure, values, now, z, r):
     """Subtract Φ_q v + Φ_t of joints, and of what sticks, from the multipliers' rows of r."""
-    friction, numbers, state = structure.friction, values.friction, structure.state
+    friction = structure.friction
+    numbers = values.friction
+    state = structure.state
     subtract_velocity_errors(structure, values, structure.terms, values.terms, now, z, r)
     if state.angle > state.friction:
         update_distances(structure, values, z)
@@ -296,7 +332,9 @@ def subtract_speed_errors(structure, values, now, z, r):
 @compiled
 def subtract_rate_errors(structure, values, now, z, a, r, s):
     """Subtract Φ_q q̈ + γ of joints, and of what sticks, from r, and Φ_q a + γ from s."""
-    friction, numbers, state = structure.friction, values.friction, structure.state
+    friction = structure.friction
+    numbers = values.friction
+    state = structure.state
     subtract_acceleration_errors(structure, values, structure.terms, values.terms, now, z, a, r, s)
     if state.angle == state.friction:
         return
@@ -310,7 +348,8 @@ def subtract_rate_errors(structure, values, now, z, a, r, s):
 @compiled
 def subtract_drift_of_circles(structure, values, z, r, s):
     """Subtract the rate of |d| times that of φ."""
-    friction, state = structure.friction, structure.state
+    friction = structure.friction
+    state = structure.state
     for n in range(len(friction.orbit_term)):
         x, y = vector(structure, values, z, friction.centres[n])
         u, v = vector_rate(structure, values, z, z, state.velocity, friction.centres[n])

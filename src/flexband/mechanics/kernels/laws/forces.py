@@ -88,10 +88,14 @@ class LawRows(NamedTuple):
 @compiled
 def layout(laws, s):
     """Return the `LawRows` of law s."""
-    first, end = laws.point_start[s], laws.point_start[s + 1]
-    state, gap = laws.state_start[s], laws.gap_start[s]
-    states, gaps = laws.state_start[s + 1] - state, laws.gap_start[s + 1] - gap
-    x, size = 1 + laws.parameter_start[s + 1] - laws.parameter_start[s], AXES * (end - first)
+    first = laws.point_start[s]
+    end = laws.point_start[s + 1]
+    state = laws.state_start[s]
+    gap = laws.gap_start[s]
+    states = laws.state_start[s + 1] - state
+    gaps = laws.gap_start[s + 1] - gap
+    x = 1 + laws.parameter_start[s + 1] - laws.parameter_start[s]
+    size = AXES * (end - first)
     y = x + 3 * size
     mode = y + 4 * states
     differentiated = mode + GAP_MEMORY * gaps
@@ -106,7 +110,8 @@ def layout(laws, s):
 @compiled
 def fill(structure, values, now, z, s, memory):
     """Write time, parameters, positions and velocities, and what is known of the states."""
-    laws, state = structure.laws, structure.state
+    laws = structure.laws
+    state = structure.state
     store(memory, 0, load(values.functions, now + laws.time))
     begin = laws.parameter_start[s]
     for k in range(begin, laws.parameter_start[s + 1]):
@@ -114,7 +119,8 @@ def fill(structure, values, now, z, s, memory):
         store(memory, 1 + k - begin, value)
     rows = layout(laws, s)
     for p in range(rows.first, rows.end):
-        row, a = AXES * (p - rows.first), laws.angle + p
+        row = AXES * (p - rows.first)
+        a = laws.angle + p
         px, py = vector(structure, values, z, laws.position + p)
         vx, vy = vector_rate(structure, values, z, z, state.velocity, laws.position + p)
         rate = angle_rate(structure, values, z, a)
@@ -122,7 +128,8 @@ def fill(structure, values, now, z, s, memory):
         store_rows(memory, rows.v + row, (vx, vy, rate))
     places = rows_of_states(state)
     for k in range(rows.states):
-        before, w = load(z, places.y0 + rows.state + k), load(z, places.w + rows.state + k)
+        before = load(z, places.y0 + rows.state + k)
+        w = load(z, places.w + rows.state + k)
         known = before + load(z, places.rule) * w
         store(memory, rows.y + k, before + (known - before) / FIRST_SHARE)
         store(memory, rows.y + rows.states + k, known)
@@ -138,7 +145,9 @@ def fill(structure, values, now, z, s, memory):
 def _call(laws, state, z, s, memory):
     """Call a law, and take over its states and their rates, and its gaps."""
     call_at(laws.address[s], memory, 0)
-    rows, places, gaps = layout(laws, s), rows_of_states(state), rows_of_gaps(state)
+    rows = layout(laws, s)
+    places = rows_of_states(state)
+    gaps = rows_of_gaps(state)
     for k in range(rows.states):
         store(z, places.y + rows.state + k, load(memory, rows.y + k))
         store(z, places.rate + rows.state + k, load(memory, rows.y + 3 * rows.states + k))
@@ -154,7 +163,9 @@ def _call(laws, state, z, s, memory):
 @compiled
 def start_states(structure, values, z, memory):
     """Set the states at the start, those given or without a rate; modes that are set are kept."""
-    laws, state, gaps = structure.laws, structure.state, rows_of_gaps(structure.state)
+    laws = structure.laws
+    state = structure.state
+    gaps = rows_of_gaps(structure.state)
     for s in range(len(laws.address)):
         fill(structure, values, 0, z, s, memory)
         rows = layout(laws, s)
@@ -185,7 +196,8 @@ def start_states(structure, values, z, memory):
 @compiled
 def update_law_states(structure, values, now, z, memory):
     """Solve for the states at the present positions and velocities, and set the gaps."""
-    laws, state = structure.laws, structure.state
+    laws = structure.laws
+    state = structure.state
     if state.rule < state.extreme:  # there are states or gaps
         update_angles(structure, values, z)
         for s in range(len(laws.address)):
@@ -198,7 +210,8 @@ def update_law_states(structure, values, now, z, memory):
 @compiled
 def add_law_forces(structure, values, now, z, r, memory):
     """Subtract the laws' forces from the coordinates' rows and their moments from the angles'."""
-    laws, state = structure.laws, structure.state
+    laws = structure.laws
+    state = structure.state
     for s in range(len(laws.address)):
         fill(structure, values, now, z, s, memory)
         _call(laws, state, z, s, memory)
@@ -208,10 +221,14 @@ def add_law_forces(structure, values, now, z, r, memory):
 @compiled
 def _subtract_forces(structure, values, s, r, memory):
     """Subtract the forces in the memory of law s from the rows of r that they act on."""
-    laws, vectors, rows = structure.laws, structure.vectors, layout(structure.laws, s)
+    laws = structure.laws
+    vectors = structure.vectors
+    rows = layout(structure.laws, s)
     for p in range(rows.first, rows.end):
-        row, position = rows.force + AXES * (p - rows.first), laws.position + p
-        fx, fy = load(memory, row), load(memory, row + 1)
+        row = rows.force + AXES * (p - rows.first)
+        position = laws.position + p
+        fx = load(memory, row)
+        fy = load(memory, row + 1)
         for e in range(vectors.start[position], vectors.start[position + 1]):
             part = load(values.vectors.x, e) * fx + load(values.vectors.y, e) * fy
             add_to(r, vectors.coordinate[e], -part)
@@ -233,7 +250,8 @@ def add_unit_force(structure, values, now, z, s, r, memory):
 @compiled
 def read_laws(structure, values, now, z, memory):
     """Set the laws' forces and moments in z."""
-    laws, state = structure.laws, structure.state
+    laws = structure.laws
+    state = structure.state
     for s in range(len(laws.address)):
         fill(structure, values, now, z, s, memory)
         _call(laws, state, z, s, memory)
@@ -274,7 +292,9 @@ def difference(laws, state, z, s, size):
 @compiled
 def _moves(structure, rows, j):
     """Return whether axis j of the points of a law depends on a coordinate."""
-    start, laws, p = structure.vectors.start, structure.laws, rows.first + j // AXES
+    start = structure.vectors.start
+    laws = structure.laws
+    p = rows.first + j // AXES
     vector = laws.position + p if j % AXES < 2 else laws.angle + p
     return start[vector + 1] > start[vector]
 
@@ -285,7 +305,8 @@ def _fill_contact_stiffness(laws, rows, s, rate, memory):
     axes = AXES * (rows.end - rows.first)
     for j in range(axes):
         nudge = load(memory, rows.nudge + j)
-        place, speed = load(memory, rows.x + j), load(memory, rows.v + j)
+        place = load(memory, rows.x + j)
+        speed = load(memory, rows.v + j)
         for i in range(axes):
             store(memory, rows.K + i * axes + j, filled(0.0))
         if not any_true(nudge):
@@ -310,14 +331,18 @@ def add_law_tangent(  # noqa: PLR0912
 
     K comes from central differences of positions and, `rate` times as large, of velocities.
     """
-    laws, state, size = structure.laws, structure.state, 1.0 / load(values.inverse_scale, 1)
+    laws = structure.laws
+    state = structure.state
+    size = 1.0 / load(values.inverse_scale, 1)
     for s in range(len(laws.address)):
         if is_open(laws, state, z, s):
             continue
         fill(structure, values, now, z, s, memory)
         rows = layout(laws, s)
-        axes, count = AXES * (rows.end - rows.first), laws.coordinates[s]
-        K, B = rows.K, rows.B
+        axes = AXES * (rows.end - rows.first)
+        count = laws.coordinates[s]
+        K = rows.K
+        B = rows.B
         KB = B + axes * count
         step = difference(laws, state, z, s, size)
         for j in range(axes):
@@ -354,12 +379,16 @@ def add_law_tangent(  # noqa: PLR0912
 @compiled
 def _fill_derivatives(structure, values, z, s, memory, B):
     """Write B, the derivatives of the points' positions and angles by the coordinates."""
-    laws, vectors = structure.laws, structure.vectors
-    rows, count = layout(laws, s), laws.coordinates[s]
+    laws = structure.laws
+    vectors = structure.vectors
+    rows = layout(laws, s)
+    count = laws.coordinates[s]
     for row in range(B, B + AXES * (rows.end - rows.first) * count):
         store(memory, row, filled(0.0))
     for p in range(rows.first, rows.end):
-        row, position, a = B + AXES * (p - rows.first) * count, laws.position + p, laws.angle + p
+        row = B + AXES * (p - rows.first) * count
+        position = laws.position + p
+        a = laws.angle + p
         for e in range(vectors.start[position], vectors.start[position + 1]):
             store(memory, row + laws.place[e], load(values.vectors.x, e))
             store(memory, row + count + laws.place[e], load(values.vectors.y, e))

@@ -16,7 +16,9 @@ from flexband.mechanics.kernels.state import rows_of_gaps
 @compiled
 def _move(structure, values, z, s, time, memory):
     """Move what a law reads by a time, with its velocities and accelerations; states are held."""
-    laws, state, rows = structure.laws, structure.state, layout(structure.laws, s)
+    laws = structure.laws
+    state = structure.state
+    rows = layout(structure.laws, s)
     add_to(memory, 0, time)
     begin = laws.parameter_start[s]
     for k in range(begin, laws.parameter_start[s + 1]):
@@ -25,7 +27,8 @@ def _move(structure, values, z, s, time, memory):
     for row in range(AXES * (rows.end - rows.first)):
         add_to(memory, rows.x + row, time * load(memory, rows.v + row))
     for p in range(rows.first, rows.end):
-        row, a = rows.v + AXES * (p - rows.first), laws.angle + p
+        row = rows.v + AXES * (p - rows.first)
+        a = laws.angle + p
         ax, ay = vector_rate(structure, values, z, z, state.acceleration, laws.position + p)
         turning = polar_rate(structure, values, z, z, state.acceleration, a)
         turning += angle_drift(structure, values, z, a)
@@ -47,7 +50,8 @@ def update_gap_rates(structure, values, now, z, time, memory):
 
     Gaps and states are up to date. The functions of time in `values` are those of one moment.
     """
-    laws, state = structure.laws, structure.state
+    laws = structure.laws
+    state = structure.state
     for s in range(len(laws.address)):
         rows = layout(laws, s)
         if rows.gaps > 0 and laws.gap_kind[rows.gap] == GAP.event:

@@ -57,7 +57,8 @@ class StateRows(NamedTuple):
 @compiled
 def rows_of_states(state):
     """Return the `StateRows`."""
-    n, y = (state.rule - state.law_state) // STATE_ROWS, state.law_state
+    n = (state.rule - state.law_state) // STATE_ROWS
+    y = state.law_state
     return StateRows(n, y, y + n, y + 2 * n, y + 3 * n, y + 4 * n, state.rule)
 
 
@@ -110,5 +111,6 @@ def shift_states(state, z, ratio, chosen):
     """
     rows = rows_of_states(state)
     for k in range(rows.states):
-        w, present = load(z, rows.w + k), load(z, rows.rate + k)
+        w = load(z, rows.w + k)
+        present = load(z, rows.rate + k)
         store(z, rows.w + k, where(chosen, present + ratio * (w - present), w))

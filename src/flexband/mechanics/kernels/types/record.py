@@ -35,7 +35,8 @@ class RecordType(types.Type):
         kinds = [*map(_typed, fields)]
         places = [0, *accumulate(map(_size, kinds))]
         self.fields = dict(zip(fields._fields, kinds, strict=True))
-        self.places, self.size = dict(zip(fields._fields, places, strict=False)), places[-1]
+        self.places = dict(zip(fields._fields, places, strict=False))
+        self.size = places[-1]
         super().__init__(name=f"{type(fields).__name__}({', '.join(map(str, kinds))})")
 
     @property
@@ -49,7 +50,8 @@ class IndicesType(types.Type):
 
     def __init__(self, integer: types.Integer, ndim: int):
         super().__init__(name=f"Indices({integer}, {ndim})")
-        self.integer, self.ndim = integer, ndim
+        self.integer = integer
+        self.ndim = ndim
         self.names = ("address", *(f"count{axis}" for axis in range(ndim)))
 
 
@@ -98,7 +100,8 @@ class _Field(AttributeTemplate):
 
 @lower_getattr_generic(RecordType)
 def _field(context, builder, record, pointer, name):
-    kind, place = record.fields[name], record.places[name]
+    kind = record.fields[name]
+    place = record.places[name]
     if isinstance(kind, RecordType):
         return builder.gep(pointer, [NUMBER(place)])
     numbers = [

@@ -70,9 +70,11 @@ def _of_mechanism(
         mechanism = response.builder(**space.arguments_at(*_points(space, samples)))
         if response.element_parts > 1:
             mechanism = mechanism.refined(response.element_parts)
-        scene, tracks = Scene(mechanism, assembled_configuration(mechanism)), Tracks(mechanism)
+        scene = Scene(mechanism, assembled_configuration(mechanism))
+        tracks = Tracks(mechanism)
         sketch = sketch_mechanism(scene, tracks)
-        forces, traces = force_arrows(mechanism, tracks), traces_of(mechanism, tracks)
+        forces = force_arrows(mechanism, tracks)
+        traces = traces_of(mechanism, tracks)
         times, outputs = _record_runs(response, replace(mechanism, sensors=tracks.sensors))
     good = np.asarray(np.isfinite(outputs).all(axis=(1, 2)))
     if not good[0]:
@@ -80,7 +82,8 @@ def _of_mechanism(
     parts = tracks.split(outputs[good])
     lengths = np.hypot(*np.moveaxis(parts["direction"][0], 1, 0))[:, None]
     parts["direction"] = parts["direction"] / np.where(lengths > 0, lengths, 1.0)
-    position, direction = parts["position"][0], parts["direction"][0]
+    position = parts["position"][0]
+    direction = parts["direction"][0]
     box = extent(sketch, position, direction)
     unit = float(((box[1] - box[0]) / picture).max()) or 1.0
     along = {

@@ -32,7 +32,8 @@ def record_shapes(sketch: Sketch) -> JsonRecord:
         records = []
         for stroke in given:
             frames = [_frame(frame) for frame in stroke.frames]
-            first, count = sum(map(len, vertices)), len(stroke.vertices)
+            first = sum(map(len, vertices))
+            count = len(stroke.vertices)
             records.append({"frames": frames, "first": first, "count": count})
             vertices.append(stroke.vertices.astype(np.float32))
         return records
@@ -88,7 +89,8 @@ def force_arrows(mechanism: Mechanism, tracks: Tracks) -> list[JsonRecord]:
 
 
 def _applied_force(model: SensorModel, load: Force) -> Vector:
-    x, y = in_time("x", load.x), in_time("y", load.y)
+    x = in_time("x", load.x)
+    y = in_time("y", load.y)
     return model.frame(load.point).direction(x, y) if load.following else (x, y)
 
 

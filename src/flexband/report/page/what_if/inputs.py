@@ -20,7 +20,9 @@ RELATIVE = "coefficient of variation"
 
 def intervals_of(space: Space) -> tuple[list[JsonRecord], list[str]]:
     """Return the intervals that can be narrowed, and why others cannot."""
-    intervals, remarks, columns = [], [], space.columns(random=False)
+    intervals = []
+    remarks = []
+    columns = space.columns(random=False)
     for name, input_ in space.of_kind(random=False).items():
         if name in space.plays:
             continue
@@ -34,7 +36,8 @@ def intervals_of(space: Space) -> tuple[list[JsonRecord], list[str]]:
 
 def sizes_of(space: Space, inputs: str, *, resolved: bool) -> tuple[list[JsonRecord], list[str]]:
     """Return plays and random inputs to be scaled, by Python, and why others cannot be."""
-    sizes, remarks = [], []
+    sizes = []
+    remarks = []
     columns = space.columns(random=False) | space.columns(random=True)
     for name, input_ in (space.plays | space.of_kind(random=True)).items():
         scatter = _scatter(input_, f"{inputs}[{name!r}]")
@@ -75,23 +78,36 @@ def _scatter(input_: Input, old: str) -> JsonRecord | None:
     min_size = 0.01
     if input_.intervals:
         return None
-    ends, least = [], 0.0
+    ends = []
+    least = 0.0
     match input_:
         case Normal():
-            of, size, fixed = "std", float(input_.spread), float(input_.mean)
+            of = "std"
+            size = float(input_.spread)
+            fixed = float(input_.mean)
             python = f"fb.Normal({fixed!r}, {{0}})"
         case LogNormal():
             of, (mean, size) = RELATIVE, map(float, input_.logarithm)
-            fixed, python = float(np.exp(mean)), f"fb.LogNormal.of_logarithm({mean!r}, {{0}})"
+            fixed = float(np.exp(mean))
+            python = f"fb.LogNormal.of_logarithm({mean!r}, {{0}})"
         case Uniform():
-            of, size, fixed = "half width", (input_.upper - input_.lower) / 2, input_.lower
-            fixed, python = fixed + size, "fb.Uniform({0}, {1})"
+            of = "half width"
+            size = (input_.upper - input_.lower) / 2
+            fixed = input_.lower
+            fixed = fixed + size
+            python = "fb.Uniform({0}, {1})"
             ends = [(fixed, -size), (fixed, size)]
         case FreePair():
-            of, size, fixed, least = input_.size_name, input_.size, None, min_size
+            of = input_.size_name
+            size = input_.size
+            fixed = None
+            least = min_size
             python = f"dataclasses.replace({old}, {of}={{0}})"
         case RandomField(distribution="normal", std=float() | int() as std):
-            of, size, fixed, least = "std", float(std), None, min_size
+            of = "std"
+            size = float(std)
+            fixed = None
+            least = min_size
             python = f"dataclasses.replace({old}, std={{0}})"
         case _:
             return None

@@ -54,9 +54,11 @@ def _polar(points: np.ndarray, discs: Sequence[int]) -> np.ndarray:
 
 
 def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> JsonRecord:
-    parts, columns = expansion.parts, expansion.columns
+    parts = expansion.parts
+    columns = expansion.columns
     terms = PartTerms.from_expansion(parts, columns)
-    m, moments = terms.interval_dimension, terms.moments
+    m = terms.interval_dimension
+    moments = terms.moments
     smooth_moments = MomentPolynomials.from_index(*moment_orders([terms]))
     polynomials, eta, inverse = smooth_moments
     rule = _rule(terms, eta, scale)
@@ -94,7 +96,8 @@ def _difference(
 
     It is measured at some times, and at the middle, corners and other places of the intervals.
     """
-    most_times, places = 40, 8
+    most_times = 40
+    places = 8
     times = np.unique(np.linspace(0, len(terms.coefficients) - 1, most_times).astype(int))
     few = replace(terms, coefficients=np.ascontiguousarray(terms.coefficients[times]))
     m = terms.interval_dimension
@@ -111,7 +114,8 @@ def _rule(terms: PartTerms, eta: np.ndarray, scale: np.ndarray) -> Rule | None:
     """Return ξ and weights for the smooth moments at η, along axes if they do; or None."""
     # Largest error of moments by a rule along axes, in parts of the width of the bands, and
     # at how many times and η it is checked
-    tolerance, checked = 3e-7, 10
+    tolerance = 3e-7
+    checked = 10
     # Most points times η times times at which a page may compute an output for a new scatter: 3 s
     max_evaluations = 3e7
     change = terms.over_random
@@ -139,7 +143,8 @@ def _turned_back(phase: np.ndarray) -> np.ndarray:
 
 def _terms(expansion: HybridExpansion, rows: np.ndarray) -> JsonRecord:
     """Return Φ, Ψ, the terms Φ_i Ψ_j and their coefficients, shape (terms, rows, times)."""
-    families, orders = expansion.families, expansion.random_orders
+    families = expansion.families
+    orders = expansion.random_orders
     return {
         "interval_index": expansion.interval_index.tolist(),
         "random_index": expansion.random_index.tolist(),
@@ -166,7 +171,9 @@ def _scan_of_waves(orders: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, n
     """
     # Points of a scan for phases relative to those of `scan_points`, the first ones that
     # are not too many; and points of a scan in more variables than a grid can have
-    scan_densities, max_scan_points, scattered_points = (2.0, 1.5, 1.0), 4000, 2048
+    scan_densities = (2.0, 1.5, 1.0)
+    max_scan_points = 4000
+    scattered_points = 2048
     for density in scan_densities:
         waves = np.where(reach > SEARCH.scanned_reach, 3 * reach + 2 * np.cbrt(reach), 0.0)
         counts = np.where(orders > 0, np.ceil(density * (2 * orders + waves)) + 2, 1)

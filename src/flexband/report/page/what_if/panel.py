@@ -63,7 +63,8 @@ def what_if(
     if not intervals and not sizes:
         return None, remarks + why
     for input_ in intervals + sizes:
-        name, relative = input_["name"], input_.get("of") == RELATIVE
+        name = input_["name"]
+        relative = input_.get("of") == RELATIVE
         input_["unit"] = "" if relative else display.input_units().get(name, "")
         input_["scale"] = 1.0 if relative else display.scale(name)
     why += _with_differences(outputs, models)
@@ -83,7 +84,8 @@ def what_if(
 def _with_differences(outputs: JsonRecord, models: Sequence[JsonRecord]) -> list[str]:
     """Add how far a page's bounds are from Python's to the errors; return what is to be said."""
     visible = 1e-4  # in parts of the width
-    errors, largest = outputs["expected_error"], 0.0
+    errors = outputs["expected_error"]
+    largest = 0.0
     for each in models:
         for output, error, scale in zip(each["outputs"], each["error"], each["scale"], strict=True):
             largest = max(largest, error)
@@ -104,10 +106,13 @@ def _outputs(labels: xr.DataArray, bands: xr.Dataset) -> JsonRecord:
     min_width = 1e-9
     times = labels.shape[-1]
     lower, upper = (v.reshape(-1, times) for v in bands["error_bar"].values)
-    width, size = (upper - lower).max(axis=1), np.maximum(abs(lower), abs(upper)).max(axis=1)
+    width = (upper - lower).max(axis=1)
+    size = np.maximum(abs(lower), abs(upper)).max(axis=1)
     width = np.where(width > min_width * size, width, 0.0)
     scale = np.where(width > 0, width, np.where(size > 0, min_width * size, 1.0))
-    names, units, error = names_of_outputs(labels), [""] * len(width), None
+    names = names_of_outputs(labels)
+    units = [""] * len(width)
+    error = None
     if "unit" in labels.coords:
         first = bands["error_bar"].isel({"bound": 0, labels.dims[-1]: 0})
         units = [str(unit) for unit in np.ravel(bands["unit"].broadcast_like(first))]

@@ -95,7 +95,8 @@ class RunChanges(NamedTuple):
         shape = -1, self.columns.width, self.change.shape[1] // self.columns.width
         if not len(self.further):
             return np.full(self.change.shape[1], SECOND_ORDER)
-        before, after = self.change[self.third_level].reshape(shape), self.further.reshape(shape)
+        before = self.change[self.third_level].reshape(shape)
+        after = self.further.reshape(shape)
         products = np.einsum("rst,rst->s", before, after), np.einsum("rst,rst->s", before, before)
         for sums in products:  # an envelope is one complex number
             for first in range(self.columns.real, self.columns.width, self.columns.block):
@@ -127,9 +128,11 @@ class Extrapolation(NamedTuple):
         changes: RunChanges, expand: SmallExpansion, runs: RefinedRuns
     ) -> Extrapolation:
         """Expand the change of the runs of the design, and extrapolate it."""
-        factors, join = changes.factors, changes.columns.join
+        factors = changes.factors
+        join = changes.columns.join
         expansion = expand(changes.change[: changes.fitted])
-        held, third = changes.held, changes.third_level
+        held = changes.held
+        third = changes.third_level
         single = join(changes.parts[held] + factors * changes.change[held])
         fitted = factors * expansion.evaluate(runs.coarse.xi[held], runs.coarse.eta[held])
         missed = single - join(changes.parts[held] + fitted)
@@ -173,7 +176,8 @@ class Extrapolation(NamedTuple):
         third level, as if this were no finer.
         """
         coarse, fine, finest = self.levels
-        before, further = self.before, rms(finest - fine)
+        before = self.before
+        further = rms(finest - fine)
         max_halvings = 7  # by which errors do not fall at once from one level to the next
         changes = (before > ROUNDING * rms(coarse)) & (further > 0.5**max_halvings * before)
         return np.where(changes, self.after / np.where(changes, before, 1.0), np.inf)

@@ -88,7 +88,8 @@ class FitCorrection(NamedTuple):
         least = np.full(len(fit.outputs), options.most_left)
         for kind, extrapolation in extrapolations.items() if len(runs.finest) else ():
             better = extrapolation.part < least
-            kinds[better], least[better] = kind, extrapolation.part[better]
+            kinds[better] = kind
+            least[better] = extrapolation.part[better]
         return FitCorrection(fit, kinds, extrapolations)
 
     @staticmethod
@@ -143,10 +144,12 @@ class FitCorrection(NamedTuple):
             first = fit.formed
             if kind == CorrectedPart.NOTHING:
                 shown = list(self.extrapolations)[-1]  # phases, if they can be followed
-                change, factor = self.extrapolations[shown].expansion, SECOND_ORDER
+                change = self.extrapolations[shown].expansion
+                factor = SECOND_ORDER
                 second = first + self.placed(shown, change, outputs, thin)
             else:
-                extrapolation, factor = self.extrapolations[kind], 1.0
+                extrapolation = self.extrapolations[kind]
+                factor = 1.0
                 further = extrapolation.expansion.constant(extrapolation.shift)
                 first += self.placed(kind, extrapolation.correction, outputs, thin)
                 second = first + self.placed(kind, further, outputs, thin)
@@ -206,7 +209,8 @@ def corrections_of(
     if not runs:
         return {}
     outputs, times = choice.missed.shape[1:]
-    missed, by_fit = np.zeros((outputs, times)), []
+    missed = np.zeros((outputs, times))
+    by_fit = []
     for fit in choice.fits:
         parts = [FitCorrection.from_fit(fit, expand, some, dt, options) for some in runs.values()]
         of_fit = np.zeros((len(fit.outputs), times))

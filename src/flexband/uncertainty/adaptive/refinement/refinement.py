@@ -48,7 +48,9 @@ class Refinement:
         An error is corrected if it is larger than `above`, in parts of the error bar's width; if
         that is infinite, it is only estimated.
         """
-        self.evaluate, self.above, self.options = evaluate, above, options
+        self.evaluate = evaluate
+        self.above = above
+        self.options = options
         self.corrects = bool(np.isfinite(above))
         # by the name of what is finer; None until they are made
         self.runs: dict[str, RefinedRuns] | None = None
@@ -71,7 +73,8 @@ class Refinement:
         to the method. The error is that of the expansions that are corrected, dt the step of the
         times.
         """
-        options, finer = self.options, self.evaluate.refinements() if self.corrects else {}
+        options = self.options
+        finer = self.evaluate.refinements() if self.corrects else {}
         held = coarse.held.which(slice(options.held))
         if self.runs is None:
             first = held if self.corrects else coarse.few
@@ -114,12 +117,14 @@ class Refinement:
             assert self.runs is not None
             runs = self.runs[name]
             held = runs.coarse.which(slice(runs.fitted, None) if self.corrects else slice(1))
-            change, at = runs.fine - runs.coarse.values, (held.xi[:1], held.eta[:1])
+            change = runs.fine - runs.coarse.values
+            at = (held.xi[:1], held.eta[:1])
             spectrum = ErrorSpectrum.from_change(change, dt, resolved=False)
             coarse = self.evaluate.at_more_times(*at)
             fine = self.evaluate.refinements()[name].at_more_times(*at)
             if coarse is not None and fine is not None:
-                few, many = coarse.shape[-1] - 1, fine.shape[-1] - 1
+                few = coarse.shape[-1] - 1
+                many = fine.shape[-1] - 1
                 if many % few == 0:
                     dt *= (change.shape[-1] - 1) / few
                     change = series(fine)[..., :: many // few] - series(coarse)

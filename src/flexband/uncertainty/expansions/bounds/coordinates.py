@@ -105,7 +105,8 @@ def _on_line(polynomials, highest, along, total):
 @compiled
 def _along(terms, coefficients, a, powers, part, sums, along):
     """Fill the factors of each T_k(η_a) in the sums of each Ψ_j; return the highest k."""
-    first, last = terms.first_owner[a], terms.first_owner[a + 1]
+    first = terms.first_owner[a]
+    last = terms.first_owner[a + 1]
     highest = largest(terms.owner_order, first, last)
     for j in range(len(sums)):
         if terms.depends[a, j]:
@@ -113,7 +114,8 @@ def _along(terms, coefficients, a, powers, part, sums, along):
             for k in range(1, highest + 1):
                 fill(along[k, j], 0.0)
     for o in range(first, last):
-        i, k = terms.owner[o], terms.owner_order[o]
+        i = terms.owner[o]
+        k = terms.owner_order[o]
         product(terms, i, a, powers, part)
         for t in range(terms.first[i], terms.first[i + 1]):
             j = terms.group[t]

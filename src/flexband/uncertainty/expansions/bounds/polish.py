@@ -22,7 +22,8 @@ def polish(terms, coefficients, c, sign, active, eta, reach, least):
     part of Newton's step to try next, 1 at a start.
     """
     m, lanes = eta.shape
-    groups, orders = terms.depends.shape[1], largest(terms.order, 0, len(terms.order)) + 1
+    groups = terms.depends.shape[1]
+    orders = largest(terms.order, 0, len(terms.order)) + 1
     work = (
         np.empty((3, orders, m, lanes)),
         np.empty((groups, lanes)),
@@ -30,10 +31,16 @@ def polish(terms, coefficients, c, sign, active, eta, reach, least):
         np.empty((m, groups, lanes)),
         np.empty((2, lanes)),
     )
-    gradient, hessian = np.empty((m, lanes)), np.empty((m, m, lanes))
-    new_gradient, new_hessian = np.zeros((m, lanes)), np.zeros((m, m, lanes))
-    trial, value = eta.copy(), np.empty(lanes)
-    x, slope, curve, y = np.empty(m), np.empty(m), np.empty((m, m)), np.empty(m)
+    gradient = np.empty((m, lanes))
+    hessian = np.empty((m, m, lanes))
+    new_gradient = np.zeros((m, lanes))
+    new_hessian = np.zeros((m, m, lanes))
+    trial = eta.copy()
+    value = np.empty(lanes)
+    x = np.empty(m)
+    slope = np.empty(m)
+    curve = np.empty((m, m))
+    y = np.empty(m)
     held = np.zeros(m, np.bool_)
     fill(least, np.inf)
     most = 0
@@ -46,15 +53,18 @@ def polish(terms, coefficients, c, sign, active, eta, reach, least):
             if not active[n]:
                 continue
             if value[n] < least[n] or least[n] == np.inf:
-                least[n], reach[n] = value[n], reach[n] if k == 0 else 1.0
+                least[n] = value[n]
+                reach[n] = reach[n] if k == 0 else 1.0
                 for a in range(m):
-                    eta[a, n], gradient[a, n] = trial[a, n], new_gradient[a, n]
+                    eta[a, n] = trial[a, n]
+                    gradient[a, n] = new_gradient[a, n]
                     for b in range(a + 1):
                         hessian[a, b, n] = new_hessian[a, b, n]
             else:
                 reach[n] *= 0.25
             for a in range(m):
-                x[a], slope[a] = eta[a, n], gradient[a, n]
+                x[a] = eta[a, n]
+                slope[a] = gradient[a, n]
                 for b in range(a + 1):
                     curve[a, b] = curve[b, a] = hessian[a, b, n]
             _to_discs(terms.partner, x, slope, curve, held)
@@ -116,14 +126,16 @@ def _sums(terms, coefficients, powers, sums, slopes, part):
     fill(sums, 0.0)
     fill(slopes, 0.0)
     for i in range(len(terms.first) - 1):
-        begin, end = terms.first[i], terms.first[i + 1]
+        begin = terms.first[i]
+        end = terms.first[i + 1]
         product(terms, i, -1, powers, part)
         for t in range(begin, end):
             j = terms.group[t]
             for n in range(lanes):
                 sums[j, n] += part[n] * coefficients[t, n]
         for f in range(terms.first_factor[i], terms.first_factor[i + 1]):
-            a, k = terms.variable[f], terms.order[f]
+            a = terms.variable[f]
+            k = terms.order[f]
             product(terms, i, a, powers, part)
             for n in range(lanes):
                 part[n] *= powers[1, k, a, n]
@@ -136,10 +148,12 @@ def _sums(terms, coefficients, powers, sums, slopes, part):
 @compiled
 def _curvatures(terms, coefficients, powers, along, part, hessian):
     """Fill the second derivatives of the terms, weighted by j, into the lower triangle."""
-    lanes, weight = len(part), np.empty(len(part))
+    lanes = len(part)
+    weight = np.empty(len(part))
     fill(hessian, 0.0)
     for i in range(len(terms.first) - 1):
-        begin, end = terms.first_factor[i], terms.first_factor[i + 1]
+        begin = terms.first_factor[i]
+        end = terms.first_factor[i + 1]
         for n in range(lanes):
             weight[n] = 0.0
         for t in range(terms.first[i], terms.first[i + 1] if end > begin else 0):
@@ -147,15 +161,18 @@ def _curvatures(terms, coefficients, powers, along, part, hessian):
             for n in range(lanes):
                 weight[n] += coefficients[t, n] * along[j, n]
         for f in range(begin, end):
-            a, k = terms.variable[f], terms.order[f]
+            a = terms.variable[f]
+            k = terms.order[f]
             for g in range(begin, f + 1):
-                b, order = terms.variable[g], terms.order[g]
+                b = terms.variable[g]
+                order = terms.order[g]
                 for n in range(lanes):
                     second = powers[1, k, a, n] * powers[1, order, b, n]
                     part[n] = weight[n] * (powers[2, k, a, n] if f == g else second)
                 for h in range(begin, end):
                     if h != f and h != g:  # noqa: PLR1714 (a tuple is slow)
-                        d, order = terms.variable[h], terms.order[h]
+                        d = terms.variable[h]
+                        order = terms.order[h]
                         for n in range(lanes):
                             part[n] *= powers[0, order, d, n]
                 for n in range(lanes):
@@ -179,21 +196,28 @@ def _to_discs(partner, x, slope, curve, held):
         outwards = x[a] * slope[a] + x[b] * slope[b]
         held[a] = size >= RADIUS * (1 - 1e-9) and outwards < 0
         if held[a]:
-            c, s = x[a] / size, x[b] / size
+            c = x[a] / size
+            s = x[b] / size
             slope[a], slope[b] = c * slope[a] + s * slope[b], c * slope[b] - s * slope[a]
             for k in range(len(x)):
-                u, v = curve[a, k], curve[b, k]
-                curve[a, k], curve[b, k] = c * u + s * v, c * v - s * u
+                u = curve[a, k]
+                v = curve[b, k]
+                curve[a, k] = c * u + s * v
+                curve[b, k] = c * v - s * u
             for k in range(len(x)):
-                u, v = curve[k, a], curve[k, b]
-                curve[k, a], curve[k, b] = c * u + s * v, c * v - s * u
+                u = curve[k, a]
+                v = curve[k, b]
+                curve[k, a] = c * u + s * v
+                curve[k, b] = c * v - s * u
             curve[b, b] -= slope[a] / RADIUS
-            x[a], x[b] = 1.0, 0.0
+            x[a] = 1.0
+            x[b] = 0.0
         else:
             more = part_of_slope * np.sqrt(slope[a] ** 2 + slope[b] ** 2)
             curve[a, a] += more
             curve[b, b] += more
-            x[a], x[b] = 0.0, 0.0
+            x[a] = 0.0
+            x[b] = 0.0
 
 
 @compiled
@@ -205,8 +229,10 @@ def _from_discs(partner, eta, held, y):
             continue
         if held[a]:
             turn = y[b] / RADIUS
-            c, s = np.cos(turn), np.sin(turn)
-            y[a], y[b] = c * eta[a] - s * eta[b], s * eta[a] + c * eta[b]
+            c = np.cos(turn)
+            s = np.sin(turn)
+            y[a] = c * eta[a] - s * eta[b]
+            y[b] = s * eta[a] + c * eta[b]
         else:
             y[a] += eta[a]
             y[b] += eta[b]
@@ -224,8 +250,11 @@ def step(eta, gradient, hessian, reach, trial):
     positive definite; otherwise it grows until H + τ I is.
     """
     m = len(eta)
-    held, factor = np.empty(m, np.bool_), np.empty((m, m))
-    size, shift, gain = 1e-300, 0.0, 0.0
+    held = np.empty(m, np.bool_)
+    factor = np.empty((m, m))
+    size = 1e-300
+    shift = 0.0
+    gain = 0.0
     for a in range(m):
         held[a] = (eta[a] <= -1 and gradient[a] > 0) or (eta[a] >= 1 and gradient[a] < 0)
         trial[a] = 0.0 if held[a] else -gradient[a]

@@ -27,7 +27,8 @@ def search(terms, scan, lines, coefficients, targets, values, places):
     `targets` minimize sign (μ + c σ).
     """
     shape = *values.shape, OPTIONS.max_starts
-    bound, which = np.empty(shape), np.empty(shape, np.int64)
+    bound = np.empty(shape)
+    which = np.empty(shape, np.int64)
     resolved = places.shape[2] <= OPTIONS.resolved_dimension and scan[2].shape[1] > 0
     resolved = resolved and bool(np.all(terms.partner < 0))
     starts(terms, scan, coefficients, targets, resolved, bound, which)
@@ -41,8 +42,11 @@ def search(terms, scan, lines, coefficients, targets, values, places):
 def starts(terms, scan, coefficients, targets, resolved, bound, which):
     """Fill what may be reached from points of the scan, and these, (targets, series, starts)."""
     basis, points, neighbours = scan
-    series, count = len(coefficients), len(points)
-    mean, std, height = np.empty(count), np.empty(count), np.empty(count)
+    series = len(coefficients)
+    count = len(points)
+    mean = np.empty(count)
+    std = np.empty(count)
+    height = np.empty(count)
     for n in range(series):
         _moments(terms, basis, coefficients[n], mean, std, height)
         for k in range(len(targets)):
@@ -62,10 +66,13 @@ def _moments(terms, basis, coefficients, mean, std, part):
     fill(std, 0.0)
     for j in range(len(terms.first_of_group) - 1):
         fill(part, 0.0)
-        begin, end = terms.first_of_group[j], terms.first_of_group[j + 1]
+        begin = terms.first_of_group[j]
+        end = terms.first_of_group[j + 1]
         for k in range(begin, end - 1, 2):  # two at a time load and store less
-            t, u = terms.of_group[k], terms.of_group[k + 1]
-            a, b = coefficients[t], coefficients[u]
+            t = terms.of_group[k]
+            u = terms.of_group[k + 1]
+            a = coefficients[t]
+            b = coefficients[u]
             for p in range(len(part)):
                 part[p] += a * basis[t, p] + b * basis[u, p]
         if (end - begin) % 2:
@@ -91,13 +98,17 @@ def lowest(height, neighbours, part, best, which):
     """
     fill(best, np.inf)
     fill(which, 0)
-    place, least, highest = 0, height[0], height[0]
+    place = 0
+    least = height[0]
+    highest = height[0]
     for p in range(len(height)):
         if height[p] < least:
-            place, least = p, height[p]
+            place = p
+            least = height[p]
         highest = max(highest, height[p])
     if highest - least <= OPTIONS.flat * max(abs(least), abs(highest)):
-        best[0], which[0] = least, place
+        best[0] = least
+        which[0] = place
         return
     top = least + part * (highest - least)
     for p in range(len(height)):
@@ -110,9 +121,11 @@ def lowest(height, neighbours, part, best, which):
         if is_start:
             k = len(best) - 1
             while k > 0 and value < best[k - 1]:
-                best[k], which[k] = best[k - 1], which[k - 1]
+                best[k] = best[k - 1]
+                which[k] = which[k - 1]
                 k -= 1
-            best[k], which[k] = value, p
+            best[k] = value
+            which[k] = p
 
 
 @compiled
@@ -126,7 +139,8 @@ def _lowest_apart(height, neighbours, best, which):
         least = np.inf
         for p in range(len(height)):
             if free[p] and height[p] < least:
-                which[k], least = p, height[p]
+                which[k] = p
+                least = height[p]
         best[k] = least
         free[which[k]] = False
         for q in range(neighbours.shape[1]):
@@ -157,13 +171,20 @@ def descents(  # noqa: PLR0912, PLR0915
     points, which, bound = at_start
     series, m = place.shape
     lanes = OPTIONS.lanes
-    lane_coefficients, at = np.zeros((coefficients.shape[1], lanes)), np.zeros((m, lanes))
-    height, part, reach = np.empty(lanes), np.ones(lanes), np.ones(series)
-    chosen, active = np.empty(lanes, np.int64), np.empty(lanes, np.bool_)
-    eta, values = np.zeros((series, m)), np.full(series, np.inf)
+    lane_coefficients = np.zeros((coefficients.shape[1], lanes))
+    at = np.zeros((m, lanes))
+    height = np.empty(lanes)
+    part = np.ones(lanes)
+    reach = np.ones(series)
+    chosen = np.empty(lanes, np.int64)
+    active = np.empty(lanes, np.bool_)
+    eta = np.zeros((series, m))
+    values = np.full(series, np.inf)
     todo = np.full(series, NextStep.START)
-    taken, turns = np.full(series, -1), np.zeros(series, np.int64)
-    hits, alone = np.zeros(series, np.int64), np.ones(series, np.bool_)
+    taken = np.full(series, -1)
+    turns = np.zeros(series, np.int64)
+    hits = np.zeros(series, np.int64)
+    alone = np.ones(series, np.bool_)
     via, entry = np.full((2, series, m), np.inf)  # ends of the first descent along lines
     fill(least, np.inf)
     fill(place, 0.0)
@@ -177,9 +198,11 @@ def descents(  # noqa: PLR0912, PLR0915
                 k = taken[n] = _next(bound[n], taken[n] + 1, least[n] if patient else -np.inf)
                 todo[n] = NextStep.NOTHING if k == len(bound[n]) else first
                 copy(eta[n], points[which[n, min(k, len(bound[n]) - 1)]])
-                turns[n], reach[n] = 0, 1.0
+                turns[n] = 0
+                reach[n] = 1.0
             more += (todo[n] == NextStep.LINES) - (todo[n] == NextStep.NEWTON)
-        kind, count = NextStep.LINES if more > 0 else NextStep.NEWTON, 0
+        kind = NextStep.LINES if more > 0 else NextStep.NEWTON
+        count = 0
         for n in range(series):
             if todo[n] == kind and count < lanes:
                 copy(lane_coefficients[:, count], coefficients[n])
@@ -202,7 +225,8 @@ def descents(  # noqa: PLR0912, PLR0915
                 copy(via[n], eta[n])
             known = hits[n] > 0 and (_near(eta[n], place[n]) or _near(eta[n], entry[n]))
             if kind == NextStep.NEWTON:
-                values[n], reach[n] = height[lane], part[lane] if active[lane] else 1.0
+                values[n] = height[lane]
+                reach[n] = part[lane] if active[lane] else 1.0
                 onward = active[lane] or values[n] < least[n] or not resolved
                 onward = onward and turns[n] < OPTIONS.max_turns
                 todo[n] = NextStep.NEWTON if active[lane] else NextStep.LINES
@@ -211,7 +235,8 @@ def descents(  # noqa: PLR0912, PLR0915
                 todo[n] = NextStep.NEWTON
             if onward and not known:
                 continue
-            todo[n], lower = NextStep.START, values[n] < least[n] and not known
+            todo[n] = NextStep.START
+            lower = values[n] < least[n] and not known
             alone[n] = alone[n] if known else hits[n] == 0
             hits[n] = 1 if lower or not hits[n] else hits[n] + known
             if lower:

@@ -88,12 +88,19 @@ def multiply(a, b, product):
         row = product[i]
         fill(row, 0.0)
         for k in range(0, len(b) - 3, 4):  # four at a time load and store less
-            f0, f1, f2, f3 = a[i, k], a[i, k + 1], a[i, k + 2], a[i, k + 3]
-            b0, b1, b2, b3 = b[k], b[k + 1], b[k + 2], b[k + 3]
+            f0 = a[i, k]
+            f1 = a[i, k + 1]
+            f2 = a[i, k + 2]
+            f3 = a[i, k + 3]
+            b0 = b[k]
+            b1 = b[k + 1]
+            b2 = b[k + 2]
+            b3 = b[k + 3]
             for j in range(len(row)):
                 row[j] += f0 * b0[j] + f1 * b1[j] + f2 * b2[j] + f3 * b3[j]
         for k in range(len(b) - len(b) % 4, len(b)):
-            factor, other = a[i, k], b[k]
+            factor = a[i, k]
+            other = b[k]
             for j in range(len(row)):
                 row[j] += factor * other[j]
 
@@ -131,9 +138,13 @@ def chebyshev_powers(eta, powers):
     T, D, S = powers
     for a in range(m):
         for n in range(lanes):
-            T[0, a, n], D[0, a, n], S[0, a, n] = 1.0, 0.0, 0.0
+            T[0, a, n] = 1.0
+            D[0, a, n] = 0.0
+            S[0, a, n] = 0.0
             if orders > 1:
-                T[1, a, n], D[1, a, n], S[1, a, n] = eta[a, n], 1.0, 0.0
+                T[1, a, n] = eta[a, n]
+                D[1, a, n] = 1.0
+                S[1, a, n] = 0.0
         for k in range(2, orders):
             for n in range(lanes):
                 x = 2 * eta[a, n]
@@ -149,7 +160,8 @@ def product(terms, i, without, powers, phi):
     for n in range(lanes):
         phi[n] = 1.0
     for f in range(terms.first_factor[i], terms.first_factor[i + 1]):
-        a, k = terms.variable[f], terms.order[f]
+        a = terms.variable[f]
+        k = terms.order[f]
         if a != without:
             for n in range(lanes):
                 phi[n] *= powers[0, k, a, n]

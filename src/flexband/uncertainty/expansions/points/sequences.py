@@ -80,11 +80,13 @@ def _next(points: tuple[float, ...], rate: float, margin: float) -> float:
     """
     taken = np.sort(points)
     ends = np.array([taken[0] - margin, *taken, taken[-1] + margin]) if margin else taken
-    low, high = ends[:-1].copy(), ends[1:].copy()
+    low = ends[:-1].copy()
+    high = ends[1:].copy()
     for _ in range(60):
         middle = (low + high) / 2
         rising = (1 / (middle[:, None] - taken)).sum(axis=1) > 2 * rate * middle
-        low, high = np.where(rising, middle, low), np.where(rising, high, middle)
+        low = np.where(rising, middle, low)
+        high = np.where(rising, high, middle)
     places = np.round((low + high) / 2, DECIMALS) + 0.0  # no −0
     sizes = np.log(np.abs(places[:, None] - taken)).sum(axis=1) - rate * places**2
     return float(places[sizes > sizes.max() - 1e-9].max())  # the right one of two equal maxima

@@ -41,7 +41,8 @@ def sets_of_variables(
     index, values : orders of candidates, (candidates, variables), and their values, (runs, …).
     y : series to be explained, (runs, series), in the order of increasing energy.
     """
-    runs, count = len(y), index.shape[1]
+    runs = len(y)
+    count = index.shape[1]
     if count > options.max_variables:
         return
     y = y[:, -options.max_series :]

@@ -159,8 +159,11 @@ def _take_candidates(
     """
     runs, choices = values.shape
     energy = np.sum(values**2, axis=0)
-    rest, new, match = y, energy, values.T @ y
-    Q, inverse = np.zeros((runs, 0)), np.zeros((0, 0))
+    rest = y
+    new = energy
+    match = values.T @ y
+    Q = np.zeros((runs, 0))
+    inverse = np.zeros((0, 0))
     which: list[int] = []
     best = np.inf, 1.0, 1
     while len(which) < max(1, int(options.max_term_share * runs)):
@@ -172,8 +175,10 @@ def _take_candidates(
         which.append(int(np.argmax(np.where(free, gain, -1.0))) if which else 0)
         Q, inverse = _with_column(Q, inverse, values[:, which[-1]])
         q = Q[:, -1]
-        projection, shared = q @ rest, values.T @ q
-        rest, new = rest - np.outer(q, projection), new - shared**2
+        projection = q @ rest
+        shared = values.T @ q
+        rest = rest - np.outer(q, projection)
+        new = new - shared**2
         match = match - np.outer(shared, projection)
         P = len(which)
         lever = np.minimum(np.sum(Q**2, axis=1), 1 - 1e-9)
@@ -194,7 +199,8 @@ def _with_column(
     along = Q.T @ a
     q = a - Q @ along
     again = Q.T @ q
-    q, along = q - Q @ again, along + again
+    q = q - Q @ again
+    along = along + again
     length = np.linalg.norm(q)
     column = np.append(-inverse @ along, 1.0) / length
     inverse = np.pad(inverse, ((0, 1), (0, 1)))

@@ -15,7 +15,8 @@ def bandwidth(values: np.ndarray, *, part: float = 0.6) -> float:
     least mean square error of the density, is too wide for kernels that are wider where values are
     rare.
     """
-    std, quartiles = values.std(ddof=1), np.ptp(np.quantile(values, [0.25, 0.75])) / 1.34
+    std = values.std(ddof=1)
+    quartiles = np.ptp(np.quantile(values, [0.25, 0.75])) / 1.34
     silverman = 0.9 * min(std, quartiles or std) * len(values) ** -0.2
     by_diffusion = _by_diffusion(_spread(values))
     return min(silverman, part * by_diffusion) if np.isfinite(by_diffusion) else silverman
@@ -41,7 +42,9 @@ def widths(values: np.ndarray, width: float) -> np.ndarray:
     Tails of a density need more smoothing than its middle. With the power 0.28 of the density,
     instead of ½, probabilities beyond all values are neither too small nor too large in the median.
     """
-    power, widest, at_once = 0.28, 4.0, 1024
+    power = 0.28
+    widest = 4.0
+    at_once = 1024
     density = np.concatenate([
         np.exp(-0.5 * ((some[:, None] - values) / width) ** 2).sum(axis=1)
         for some in np.split(values, range(at_once, len(values), at_once))

@@ -18,7 +18,8 @@ from flexband.uncertainty.inputs.distribution import (
 )
 from flexband.uncertainty.inputs.inputs import Numbers, number_between, place_between
 
-MIN_SHAPE, LARGEST_SHAPE = 0.02, 1e10
+MIN_SHAPE = 0.02
+LARGEST_SHAPE = 1e10
 """Of a beta distribution. Below the least, nearly all values are the bounds; one that is given by
 its moments is no narrower than the largest tells."""
 
@@ -132,7 +133,8 @@ class Beta(Moments):
     def of_moments(self, mean: Numbers, std: Numbers) -> tuple[Numbers, Numbers]:
         """Return the shapes m s and (1 − m) s, with m (1 − m)/(1 + s) the variance on (0, 1)."""
         width = self.upper - self.lower
-        m, complement = (mean - self.lower) / width, (self.upper - mean) / width
+        m = (mean - self.lower) / width
+        complement = (self.upper - mean) / width
         total = m * complement / (std / width) ** 2 - 1
         return m * total, complement * total
 
@@ -144,7 +146,9 @@ class Beta(Moments):
                 f"Beta mean must be above lower {self.lower:g} and below upper {self.upper:g}; "
                 f"got {mean:g}"
             )
-        below, above, width = mean - self.lower, self.upper - mean, self.upper - self.lower
+        below = mean - self.lower
+        above = self.upper - mean
+        width = self.upper - self.lower
         least = width / LARGEST_SHAPE**0.5
         most = np.sqrt(below * above / (1 + MIN_SHAPE * width / min(below, above)))
         if not least < std < most:

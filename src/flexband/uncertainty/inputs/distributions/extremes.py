@@ -11,7 +11,8 @@ from flexband.errors import InputError
 from flexband.uncertainty.inputs.distribution import FrozenDistribution, Moments, Spread, of_scipy
 from flexband.uncertainty.inputs.inputs import Numbers
 
-MIN_SHAPE, LARGEST_SHAPE = 0.2, 1e4
+MIN_SHAPE = 0.2
+LARGEST_SHAPE = 1e4
 """Of a Weibull distribution."""
 
 

@@ -15,7 +15,8 @@ from flexband.uncertainty.expansions.families import HERMITE, Family
 from flexband.uncertainty.inputs.distribution import FrozenDistribution, Spread, of_scipy
 from flexband.uncertainty.inputs.inputs import Numbers
 
-LARGEST_LOGARITHM, LARGEST_VARIATION = 300.0, 100.0
+LARGEST_LOGARITHM = 300.0
+LARGEST_VARIATION = 100.0
 """|mean| + variance of a logarithm, and std over mean, of a lognormal number."""
 
 

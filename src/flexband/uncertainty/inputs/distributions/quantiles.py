@@ -36,15 +36,20 @@ class Quantiles:
         # a panel is halved, so often at most, while its last two coefficients are larger
         # than this part of the spread, weighted by the density, and while there are not
         # too many, as where values are noise
-        round_off, max_splits, max_panels = 1e-12, 24, 1000
+        round_off = 1e-12
+        max_splits = 24
+        max_panels = 1000
         # of what panels leave out, averaged over them, as a part of the spread
         largest_noise = 1e-6
         edges = np.unique([*np.arange(-reach, reach + width / 2, width), 0.0, *kinks])
         edges = edges[np.isfinite(function(edges))]
         panels = np.stack([edges[:-1], edges[1:]], axis=1)
-        spread, pieces, noise = np.ptp(function(np.array([-1.0, 1.0]))), [], 0.0
+        spread = np.ptp(function(np.array([-1.0, 1.0])))
+        pieces = []
+        noise = 0.0
         for split in range(max_splits + 1):
-            middle, half = panels.mean(axis=1, keepdims=True), np.diff(panels) / 2
+            middle = panels.mean(axis=1, keepdims=True)
+            half = np.diff(panels) / 2
             coefficients = function(middle + half * NODES) @ TRANSFORM.T
             nearest = np.abs(panels).min(axis=1)  # zero lies on an edge
             off = np.abs(coefficients[:, -2:]).max(axis=1) * np.exp(-(nearest**2) / 2)
@@ -79,7 +84,8 @@ class Quantiles:
     def rule(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return Gauss–Legendre z and weights of all panels, for polynomials of degree 2 count."""
         t, w = legendre.leggauss(POINTS + count // 4)
-        middle, half = self.panels.mean(axis=1, keepdims=True), np.diff(self.panels) / 2
+        middle = self.panels.mean(axis=1, keepdims=True)
+        half = np.diff(self.panels) / 2
         z = (middle + half * t).ravel()
         weights = (half * w).ravel() * np.exp(-z * z / 2)
         return z, weights / weights.sum()

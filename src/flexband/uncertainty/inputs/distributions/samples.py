@@ -54,12 +54,14 @@ class Samples(Distribution):
 
     def __repr__(self) -> str:
         """Return the number of the values and their range."""
-        low, high = self.values[0], self.values[-1]
+        low = self.values[0]
+        high = self.values[-1]
         return f"Samples({number_of(len(self.values), 'value')} from {low:g} to {high:g})"
 
     def check(self) -> None:
         """Raise `InputError` if the values tell no distribution; remark on few values."""
-        fewest, few = 5, 30  # values that are refused, and remarked on, if there are fewer
+        fewest = 5
+        few = 30  # values that are refused, and remarked on, if there are fewer
         values = np.sort(check_finite("Samples values", self.values, rank=None), axis=None)
         if np.ndim(self.values) != 1 or len(values) < fewest:
             raise InputError(
@@ -75,7 +77,8 @@ class Samples(Distribution):
             if not width >= 0:
                 raise InputError(f"Samples bandwidth must be 0 or more; got {width:g}")
             object.__setattr__(self, "bandwidth", width)
-        n, step = len(values), resolution(values)
+        n = len(values)
+        step = resolution(values)
         if step and self.bandwidth is None:
             warn(
                 f"{self!r} are multiples of {step:g}, which is taken for the resolution of the "
@@ -108,9 +111,11 @@ class Samples(Distribution):
         """Centres, weights and standard deviations of kernels, one for almost equal values."""
         # in standard deviations of the values. Wider kernels give the same distribution,
         # a normal one; narrower ones are the values
-        smallest, largest = 1e-6, 1e8
+        smallest = 1e-6
+        largest = 1e8
         x = np.array(self.values)
-        mean, std = x.mean(), x.std(ddof=1)
+        mean = x.mean()
+        std = x.std(ddof=1)
         if self.bandwidth is None:
             each = widths(x, bandwidth(x))
         else:
@@ -118,7 +123,8 @@ class Samples(Distribution):
         near = 0.05 * each.min()  # values that are nearer to each other share a kernel
         group = np.unique(np.round((x - mean) / near), return_inverse=True)[1]
         count = np.bincount(group)
-        centres, weights = np.bincount(group, x - mean) / count, count / len(x)
+        centres = np.bincount(group, x - mean) / count
+        weights = count / len(x)
         each = np.sqrt(np.bincount(group, each**2) / count)
         shrink = std / np.sqrt(weights @ (centres**2 + each**2))
         if self.bandwidth == 0:
@@ -141,7 +147,8 @@ class Samples(Distribution):
 
         z = np.asarray(z, dtype=float)
         centres, _, each = self.kernels
-        widest, narrowest = each.max(), each.min()
+        widest = each.max()
+        narrowest = each.min()
         low = np.where(z < 0, widest, narrowest) * z - 1e-9 * widest
         high = np.where(z < 0, narrowest, widest) * z + 1e-9 * widest
         ends = centres.min() + low, centres.max() + high

@@ -78,7 +78,8 @@ class ScipyDistribution(Distribution):
             return super().at_normal(z)
         z = np.asarray(z, dtype=float)
         low, high = self.quantiles.reach
-        values, outside = self.quantiles(np.clip(z, low, high)), (z < low) | (z > high)
+        values = self.quantiles(np.clip(z, low, high))
+        outside = (z < low) | (z > high)
         if np.any(outside):
             values = np.array(values)
             values[outside] = super().at_normal(z[outside])

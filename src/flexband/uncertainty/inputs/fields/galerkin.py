@@ -77,7 +77,8 @@ def galerkin(
     widest = 250.0
     length, x = equidistant(correlation, length, domain, nodes)
     elements = -(-nodes // polynomials)
-    width, count = float(x[-1] - x[0]) / length / elements, -(-nodes // elements)
+    width = float(x[-1] - x[0]) / length / elements
+    count = -(-nodes // elements)
     if not width <= widest:
         raise InputError(
             f"RandomField correlation_length {length:g} is too short for the domain {domain} and "
@@ -87,7 +88,8 @@ def galerkin(
     at_nodes = correlation_matrix(correlation, length, x)
     check_eigenvalues(np.linalg.eigvalsh(at_nodes))
     basis = Polynomials(elements, count, width)
-    first, total = basis.starts, elements * width
+    first = basis.starts
+    total = elements * width
     inside = [np.clip(kink, first, first + width) for kink in sorted((1.0, total - 1.0))]
     s, weights = _gauss(np.stack([first, *inside, first + width], axis=-1), POINTS + count)
     loads = basis.loads(correlation, s.ravel()).reshape(*s.shape, -1)
@@ -143,7 +145,8 @@ class LegendreModes(Series):
 
     def basis(self, x: np.ndarray) -> np.ndarray:
         """Return √λ_i f_i at positions x, shape (terms, *x.shape)."""
-        elements, width = self.polynomials.elements, self.polynomials.width
+        elements = self.polynomials.elements
+        width = self.polynomials.width
         place = (np.asarray(x) - self.domain[0]) / self.length / width
         element = np.clip(np.floor(place).astype(int), 0, elements - 1)
         values = self.polynomials.at(place - element)
@@ -157,7 +160,8 @@ class LegendreModes(Series):
 
     def explained(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         x = np.asarray(x)
-        basis, s = self.basis(x), (np.ravel(x) - self.domain[0]) / self.length
+        basis = self.basis(x)
+        s = (np.ravel(x) - self.domain[0]) / self.length
         with_terms = self.eigenvectors / self._roots
         covariances = (self.polynomials.loads(self.correlation, s) @ with_terms).T.reshape(
             basis.shape

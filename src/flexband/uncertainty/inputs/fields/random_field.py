@@ -198,10 +198,12 @@ class RandomField(Field):
             least = float(errors.min())
             if self.nodes or least <= few_terms * self.tolerance or 2 * count > MAX_NODES:
                 break
-            halvings, gain = np.log2(MAX_NODES / count), least / before
+            halvings = np.log2(MAX_NODES / count)
+            gain = least / before
             if gain > 0 and least * gain ** (2 * halvings) > self.tolerance:
                 break  # even if the error fell twice as fast as it does
-            count, before = 2 * count - 1, least
+            count = 2 * count - 1
+            before = least
         enough = np.flatnonzero(errors <= self.tolerance)
         if not len(enough):
             raise InputError(

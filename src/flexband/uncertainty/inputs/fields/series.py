@@ -39,7 +39,8 @@ class Series(ABC):
             raise InputError(
                 f"RandomField terms must be {len(self.eigenvalues)} or less here; got {terms}"
             )
-        values, vectors = self.eigenvalues[:terms], self.eigenvectors[:, :terms]
+        values = self.eigenvalues[:terms]
+        vectors = self.eigenvectors[:, :terms]
         return replace(self, eigenvalues=values, eigenvectors=vectors)
 
     @abstractmethod
@@ -80,6 +81,7 @@ def decompose(matrix: np.ndarray, *, of_correlations: bool) -> tuple[np.ndarray,
     ((values, vectors),) = decompositions
     if of_correlations:
         check_eigenvalues(values)
-    values, vectors = values[::-1], vectors[:, ::-1]
+    values = values[::-1]
+    vectors = vectors[:, ::-1]
     usable = int(np.sum(values > smallest * values[0]))
     return values[:usable], vectors[:, :usable]

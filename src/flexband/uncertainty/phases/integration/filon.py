@@ -40,9 +40,12 @@ class Grid(NamedTuple):
     @staticmethod
     def from_change(change: PhaseChange) -> Grid:
         """Return the grid for these families, highest orders, and changes of phases."""
-        families, orders = change.families, change.orders
-        axis, plane = MOMENTS.axis_points, MOMENTS.plane_points
-        n, highest = len(families), int(orders.max(initial=0))
+        families = change.families
+        orders = change.orders
+        axis = MOMENTS.axis_points
+        plane = MOMENTS.plane_points
+        n = len(families)
+        highest = int(orders.max(initial=0))
         rules = [
             rule(f, max(k, plane), a)
             for f, k, a in zip(families, orders, change.turns, strict=True)
@@ -51,7 +54,8 @@ class Grid(NamedTuple):
         lagrange = np.zeros((*fine.shape[:2], axis + plane))
         nodes = np.zeros((n, axis, highest + 1))
         for v, (family, (x, w)) in enumerate(zip(families, rules, strict=True)):
-            fine[v, : len(x)], coordinates = family.values(highest, x), family.sequence(axis)
+            fine[v, : len(x)] = family.values(highest, x)
+            coordinates = family.sequence(axis)
             nodes[v] = family.values(highest, coordinates)
             polynomials = [family.values(count - 1, x) for count in (axis, plane)]
             inverse = [np.linalg.inv(family.values(c - 1, coordinates[:c])) for c in (axis, plane)]
@@ -82,21 +86,26 @@ def by_axes(sections, orders, norms, grid, psi, parts, columns, turning, table):
     `orders`, (N, n), and `norms` are the orders of Ψ_j in each variable, and γ_j; `psi`, (points,
     N), is Ψ_j at the points `grid`.
     """
-    outputs, carriers = parts.outputs, parts.carriers
+    outputs = parts.outputs
+    carriers = parts.carriers
     times, _, width = sections.coefficients.shape
-    rows, values = np.empty((psi.shape[1], width)), np.empty((len(psi), width))
+    rows = np.empty((psi.shape[1], width))
+    values = np.empty((len(psi), width))
     mean, base, first, square, second = moment_arrays(outputs, carriers, len(turning))
     rest = np.empty(len(psi))
-    alone, weights = np.empty(psi.shape[1]), np.empty(len(psi), np.complex128)
+    alone = np.empty(psi.shape[1])
+    weights = np.empty(len(psi), np.complex128)
     for t in range(times):
         for e in range(len(sections.phi)):
             section(sections, t, e, rows)
             squares(rows, norms, parts, base, square)
             multiply(psi, rows, values)
-            first[:], second[:] = 0.0, 0.0
+            first[:] = 0.0
+            second[:] = 0.0
             for k in range(len(turning)):
                 c, d, s = turning[k]
-                at, other = parts.phase + c * parts.block, parts.phase + d * parts.block
+                at = parts.phase + c * parts.block
+                other = parts.phase + d * parts.block
                 alone[:] = rows[:, at]
                 rest[:] = values[:, at]
                 if s != 0:
@@ -114,7 +123,8 @@ def by_axes(sections, orders, norms, grid, psi, parts, columns, turning, table):
                             second[o, k] += u * (values[q, o] - rows[0, o])
                         else:
                             x = d * parts.block + o
-                            re, im = values[q, parts.real + x], values[q, parts.imag + x]
+                            re = values[q, parts.real + x]
+                            im = values[q, parts.imag + x]
                             second[o, k] += u * complex(re, s * im)
             fill(rows, parts, columns, turning, mean, base, first, square, second, table[t, e])
 
@@ -123,9 +133,13 @@ def by_axes(sections, orders, norms, grid, psi, parts, columns, turning, table):
 def _weigh(phase, orders, grid, rest, weights):  # noqa: PLR0912
     """Fill the weights of all points, and subtract Σ_v ψ_v from the phase `rest` there."""
     fine, lagrange, nodes, where, products = grid
-    n, highest, axis = fine.shape[0], fine.shape[2], MOMENTS.axis_points
-    axis_phase, fast = np.zeros((n, highest)), np.zeros((n, nodes.shape[1]))
-    W, M = np.zeros((n, lagrange.shape[2]), np.complex128), np.zeros(n, np.complex128)
+    n = fine.shape[0]
+    highest = fine.shape[2]
+    axis = MOMENTS.axis_points
+    axis_phase = np.zeros((n, highest))
+    fast = np.zeros((n, nodes.shape[1]))
+    W = np.zeros((n, lagrange.shape[2]), np.complex128)
+    M = np.zeros(n, np.complex128)
     for j in range(len(phase)):
         v = 0
         for w in range(n):

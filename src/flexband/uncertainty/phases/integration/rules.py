@@ -81,7 +81,8 @@ def axis_rule(change: PhaseChange, in_pairs: int = 3) -> Rule:
     families = change.families
     axes, orders, turns = _axes(change)
     sizes = list(map(_rule_size, families, orders, turns))
-    first, n = int(np.argmax(sizes)), len(families)
+    first = int(np.argmax(sizes))
+    n = len(families)
 
     def beyond(v: int, x: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         points = np.append(_with_exact_zero(x), 0.0)
@@ -105,7 +106,9 @@ def _axes(change: PhaseChange) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
     They are rotated if the rule has fewer points then.
     """
-    families, orders, turns = change.families, change.orders, change.turns
+    families = change.families
+    orders = change.orders
+    turns = change.turns
     normal = np.array([family == HERMITE for family in families], dtype=bool)
     axes = np.eye(len(orders))
     moving = np.flatnonzero(normal & (orders > 0) & (turns >= MOMENTS.small_reach))
@@ -113,7 +116,8 @@ def _axes(change: PhaseChange) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return axes, orders, turns
     slopes = change.slopes[:, moving]
     turned = np.linalg.eigh(slopes.T @ slopes)[1].T[::-1]
-    own_orders, own_turns = orders.copy(), turns.copy()
+    own_orders = orders.copy()
+    own_turns = turns.copy()
     own_turns[moving] = np.abs(slopes @ turned.T).max(axis=0)
     own_orders[moving] = orders[moving].max() + 1
     sizes = [

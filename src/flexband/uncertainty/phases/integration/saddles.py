@@ -34,14 +34,18 @@ def by_saddles(sections, orders, norms, rule, weights, psi, parts, columns, turn
     the `rule`, the first axis along the slope of the phase, have `weights`; `psi` is Ψ at samples
     of ξ, (N, samples), for phases that have no saddle nearby.
     """
-    outputs, carriers = parts.outputs, parts.carriers
+    outputs = parts.outputs
+    carriers = parts.carriers
     times, _, width = sections.coefficients.shape
     N, n = orders.shape
-    rows, phase = np.empty((N, width)), np.empty(N)
+    rows = np.empty((N, width))
+    phase = np.empty(N)
     mean, base, first, square, second = moment_arrays(outputs, carriers, len(turning))
-    saddle, frame = np.empty(n, np.complex128), np.empty((n, n), np.complex128)
+    saddle = np.empty(n, np.complex128)
+    frame = np.empty((n, n), np.complex128)
     powers = np.empty((n, largest(orders.flat, 0, orders.size) + 1), np.complex128)
-    basis, values = np.empty((2 * len(rule), N)), np.empty((2 * len(rule), width))
+    basis = np.empty((2 * len(rule), N))
+    values = np.empty((2 * len(rule), width))
     factors = np.empty(len(rule), np.complex128)
     sampled = np.full(psi.shape[1], 1 / psi.shape[1])
     work = workspace(width, len(sampled), carriers)
@@ -49,7 +53,9 @@ def by_saddles(sections, orders, norms, rule, weights, psi, parts, columns, turn
         for e in range(len(sections.phi)):
             section(sections, t, e, rows)
             squares(rows, norms, parts, base, square)
-            mean[:], first[:], second[:] = 0.0, 0.0, 0.0
+            mean[:] = 0.0
+            first[:] = 0.0
+            second[:] = 0.0
             for k in range(len(turning)):
                 c, d, s = turning[k]
                 phase[:] = rows[:, parts.phase + c * parts.block]
@@ -68,17 +74,20 @@ def by_saddles(sections, orders, norms, rule, weights, psi, parts, columns, turn
                     break
                 multiply(basis, rows, values)
                 for q in range(len(rule)):
-                    re, im = values[q], values[len(rule) + q]
+                    re = values[q]
+                    im = values[len(rule) + q]
                     for o in range(outputs):
                         at = c * parts.block + o
-                        x, y = parts.real + at, parts.imag + at
+                        x = parts.real + at
+                        y = parts.imag + at
                         term = factors[q] * complex(re[x] - im[y], im[x] + re[y])
                         if s == 0:
                             first[o, c] += term
                             second[o, k] += term * complex(re[o] - rows[0, o], im[o])
                         else:
                             at = d * parts.block + o
-                            x, y = parts.real + at, parts.imag + at
+                            x = parts.real + at
+                            y = parts.imag + at
                             second[o, k] += term * complex(re[x] - s * im[y], im[x] + s * re[y])
             fill(rows, parts, columns, turning, mean, base, first, square, second, table[t, e])
 
@@ -87,7 +96,8 @@ def by_saddles(sections, orders, norms, rule, weights, psi, parts, columns, turn
 def _integrand(phase, orders, saddle, frame, points, powers, basis, factors):
     """Fill Re Ψ_j and Im Ψ_j on a contour, (2 points, N), and e^{(ζᵀζ − ξᵀξ)/2 + iψ(ξ)}."""
     N, n = orders.shape
-    terms, xi = np.empty(N, np.complex128), np.empty(n, np.complex128)
+    terms = np.empty(N, np.complex128)
+    xi = np.empty(n, np.complex128)
     for q in range(len(points)):
         exponent = -1j * phase[0]
         for v in range(n):
@@ -99,14 +109,16 @@ def _integrand(phase, orders, saddle, frame, points, powers, basis, factors):
         _hermite(xi, orders, powers, terms)
         for j in range(N):
             exponent += 1j * phase[j] * terms[j]
-            basis[q, j], basis[len(points) + q, j] = terms[j].real, terms[j].imag
+            basis[q, j] = terms[j].real
+            basis[len(points) + q, j] = terms[j].imag
         factors[q] = np.exp(exponent)
 
 
 @compiled
 def _weight_integrand(factors, weights, scale):
     """Multiply the integrand by the weights and det L; return whether the rule is exact enough."""
-    size, mean = 0.0, 0j
+    size = 0.0
+    mean = 0j
     for q in range(len(factors)):
         factors[q] *= scale
         mean += weights[q] * factors[q]
@@ -122,7 +134,8 @@ def _weight_integrand(factors, weights, scale):
 @compiled
 def is_saturated(phase, orders):
     """Return whether the slope of the phase is large within `slope_range` standard deviations."""
-    slope, bend = 0.0, 0.0
+    slope = 0.0
+    bend = 0.0
     for j in range(len(phase)):
         if sum_of(orders[j]) == 1:
             slope += phase[j] ** 2
@@ -138,7 +151,8 @@ def is_saturated(phase, orders):
 def _hermite(xi, orders, powers, terms):
     """Fill He_k of every variable and their products Ψ_j at a complex point."""
     for v in range(len(xi)):
-        He, x = powers[v], xi[v]
+        He = powers[v]
+        x = xi[v]
         He[0] = 1.0
         if len(He) > 1:
             He[1] = x
@@ -155,14 +169,16 @@ def _hermite(xi, orders, powers, terms):
 def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
     """Fill s and L, and return whether there is a saddle nearby and det L."""
     n = len(saddle)
-    step, curve = np.empty(n, np.complex128), np.empty((n, n), np.complex128)
+    step = np.empty(n, np.complex128)
+    curve = np.empty((n, n), np.complex128)
     first = np.zeros(n)
     for j in range(len(phase)):
         if sum_of(orders[j]) == 1:
             for a in range(n):
                 first[a] = phase[j] if orders[j, a] else first[a]
     saddle[:] = 0.0
-    good, step_size = True, 0.0
+    good = True
+    step_size = 0.0
     for sweep in range(MOMENTS.newton_steps + 1):
         _slopes(phase, orders, saddle, powers, step, curve)
         for a in range(n):  # curve = I − i∇²ψ becomes its factor R
@@ -180,7 +196,8 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
             break
         substitute(curve, step)
         saddle += step
-    size, scale = 0.0, 1.0 + 0j
+    size = 0.0
+    scale = 1.0 + 0j
     frame[:] = 0.0
     for a in range(n):
         size += saddle[a].real ** 2 + saddle[a].imag ** 2
@@ -209,7 +226,8 @@ def _slopes(phase, orders, xi, powers, gradient, curve):
     """Fill the gradient and the Hessian of the phase at a complex point."""
     n = len(xi)
     _hermite(xi, orders, powers, np.empty(0, np.complex128))
-    gradient[:], curve[:] = 0.0, 0.0
+    gradient[:] = 0.0
+    curve[:] = 0.0
     for j in range(len(phase)):
         if phase[j] == 0:
             continue

@@ -53,7 +53,8 @@ def integration_error(
     errors = np.zeros((len(sigmas), 2, outputs, len(chosen)))
     for s, (c, e) in enumerate(zip(sigmas, bounds, strict=True)):
         values = moments[:, 0] + c * moments[:, 1]
-        mean, noise = values.mean(axis=0), np.zeros(values.shape[1:])
+        mean = values.mean(axis=0)
+        noise = np.zeros(values.shape[1:])
         if noisy:
             noise = values.std(axis=0, ddof=1) / math.sqrt(len(rules))
         for bound, sign in enumerate((-1.0, 1.0)):
@@ -76,7 +77,8 @@ def _second_rule(terms: PartTerms, tasks: int) -> tuple[list[Rule], bool]:
     most = max(affordable, SECOND_RULE.least_points)
     if (rule := resolving_rule(change, most, SECOND_RULE.fineness)) is not None:
         return [rule], False
-    count, n = SECOND_RULE.samples, len(change.families)
+    count = SECOND_RULE.samples
+    n = len(change.families)
     while count > SECOND_RULE.least_samples and count * SECOND_RULE.repetitions > affordable:
         count //= 2
     weights = np.full(count, 1 / count)
@@ -93,7 +95,8 @@ def _moments(
 
     The rule has Ψ at its points, (points, N), and their weights.
     """
-    expansion, columns = terms.expansion, terms.columns
+    expansion = terms.expansion
+    columns = terms.columns
     psi, weights = rule
     parts = columns.of_outputs(np.array([output]))
     coefficients = (
@@ -101,7 +104,8 @@ def _moments(
     )
     of_random = expansion.j[:, None] == np.arange(len(expansion.random_index))
     rows = np.einsum("pkc,kj->pjc", coefficients, of_random.astype(float))
-    mean, std = np.empty(len(eta)), np.empty(len(eta))
+    mean = np.empty(len(eta))
+    std = np.empty(len(eta))
     for p, row in enumerate(rows):
         series = (psi @ row).T
         values = series[0].copy()

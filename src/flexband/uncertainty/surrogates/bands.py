@@ -130,8 +130,7 @@ def bands(
     """
     at_once = 4096  # places whose values of the inputs are computed at once
     mean, lower, upper = extremes
-    dims: tuple[str, ...] = ("bound", *map(str, labels.dims[1:]))
-    shape = (2, *labels.shape[1:])
+    dims, shape = ("bound", *labels.dims[1:]), (2, *labels.shape[1:])
 
     def variable(values: np.ndarray):
         return dims, values.reshape(shape)

@@ -58,9 +58,9 @@ def write_comparison_report(
     for name in outputs:
         for k, q in dict.fromkeys(orders):
             compared = results[0].method, PCCI(k, q), ImprovedPCCI(k, q), adaptive
-            chosen = {r.method.label: r.bands for r in results if r.method in compared}
+            bands_by_method = {r.method.label: r.bands for r in results if r.method in compared}
             caption = f"{bands} of {name}, k = {k}, q = {q}"
-            draw = partial(figures.bands_figure, chosen, name)
+            draw = partial(figures.bands_figure, bands_by_method, name)
             drawn.append((caption, draw))
         caption = f"Relative errors of {name} against runs"
         draw = partial(figures.errors_figure, results, name)

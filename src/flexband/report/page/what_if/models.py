@@ -101,13 +101,13 @@ def _difference(
     times = np.unique(np.linspace(0, len(terms.coefficients) - 1, most_times).astype(int))
     few = replace(terms, coefficients=np.ascontiguousarray(terms.coefficients[times]))
     m = terms.interval_dimension
-    further = 2 * scrambled_sobol(places * (m > 0), m, seed=2) - 1
-    eta = np.concatenate([corners(m), further])
+    sobol_points = 2 * scrambled_sobol(places * (m > 0), m, seed=2) - 1
+    eta = np.concatenate([corners(m), sobol_points])
     basis = smooth.expansion.chebyshev(eta)[:, smooth.expansion.i]
     table = basis @ (smooth.inverse @ few.table(smooth.eta, rule))
-    own = np.array(mean_and_std(table, few.moments))  # (2, times, places, outputs)
+    page_moments = np.array(mean_and_std(table, few.moments))  # (2, times, places, outputs)
     python = np.moveaxis(np.array(expansion.select(expansion.outputs, times).moments(eta)), 3, 1)
-    return np.abs(own - python).sum(axis=0).max(axis=(0, 1))
+    return np.abs(page_moments - python).sum(axis=0).max(axis=(0, 1))
 
 
 def _rule(terms: PartTerms, eta: np.ndarray, scale: np.ndarray) -> Rule | None:
@@ -115,23 +115,24 @@ def _rule(terms: PartTerms, eta: np.ndarray, scale: np.ndarray) -> Rule | None:
     # Largest error of moments by a rule along axes, in parts of the width of the bands, and
     # at how many times and η it is checked
     tolerance = 3e-7
-    checked = 10
+    check_points = 10
     # Most points times η times times at which a page may compute an output for a new scatter: 3 s
     max_evaluations = 3e7
     change = terms.over_random
     if (rule := resolving_rule(change)) is not None:
         return rule
-    every = [
-        slice(0, None, max(1, -(-len(array) // checked))) for array in (terms.coefficients, eta)
+    strides = [
+        slice(0, None, max(1, -(-len(array) // check_points)))
+        for array in (terms.coefficients, eta)
     ]
-    few = replace(terms, coefficients=np.ascontiguousarray(terms.coefficients[every[0]]))
-    known = np.array(mean_and_std(few.table(eta[every[1]]), terms.moments))
+    few = replace(terms, coefficients=np.ascontiguousarray(terms.coefficients[strides[0]]))
+    reference = np.array(mean_and_std(few.table(eta[strides[1]]), terms.moments))
     for in_pairs in (3, 5):  # points per axis for pairs of axes
         points, weights = axis_rule(change, in_pairs)
         if len(terms.coefficients) * len(eta) * len(weights) * len(scale) > max_evaluations:
             return None
-        table = few.table(eta[every[1]], (points, weights))
-        if np.all(np.abs(mean_and_std(table, terms.moments) - known) < tolerance * scale):
+        table = few.table(eta[strides[1]], (points, weights))
+        if np.all(np.abs(mean_and_std(table, terms.moments) - reference) < tolerance * scale):
             return points, weights
     return None
 

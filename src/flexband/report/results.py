@@ -44,6 +44,7 @@ def write_comparison_report(
     response = study.nominal()
     drawn = list[Drawing]()
     adaptive = AdaptivePCCI(correct=False)
+    # Figures of the problem: its fields, and its response without uncertainty.
     along = field_axes(study.source, study.inputs) if fields else {}
     if random := {k: field for k, field in fields.items() if isinstance(field, RandomField)}:
         caption = "Variance error of the random fields after discretization"
@@ -55,6 +56,7 @@ def write_comparison_report(
     if outputs := drawable_outputs(response):
         draw = partial(figures.response_figure, response, outputs)
         drawn.append(("Response without uncertainty", draw))
+    # Figures of the methods: bands for each pair of orders, and errors against runs.
     for name in outputs:
         for k, q in dict.fromkeys(orders):
             compared = results[0].method, PCCI(k, q), ImprovedPCCI(k, q), adaptive

@@ -70,6 +70,7 @@ def summary_table(bands: xr.Dataset, verification: xr.Dataset | None = None) -> 
         unit = unit_of(output_bands)
         bar = output_bands["error_bar"]
         width = bar.sel(bound="upper") - bar.sel(bound="lower")
+        # The ends of the bands, with as many digits as the width needs.
         widest = float(width.max())
         scale = float(abs(bar).max())
         scale = largest[unit] if unit and name in still else scale
@@ -80,6 +81,7 @@ def summary_table(bands: xr.Dataset, verification: xr.Dataset | None = None) -> 
         ]
         spans = [" … ".join(ends[:2]), " … ".join(ends[2:])]
         rows.append([f"{name or 'response'}{unit}", *spans])
+        # Where the bar is widest, and the estimated error; neither of a constant output.
         at = ""
         error = ""
         new = _confirmation_cell(name, output_bands, verification, constant=name in still)
@@ -288,6 +290,7 @@ def remarks(bands: xr.Dataset, verification: xr.Dataset | None = None) -> list[s
     if "orders" in bands:
         orders = zip(bands["variable"].values, bands["orders"].values, strict=True)
         lines.append("Orders: " + ", ".join(f"{name} {order}" for name, order in orders))
+    # The expected error, and what it consists of.
     if record.expected_error is not None:
         generic = record.runs_generic
         checks = record.runs_checked
@@ -326,6 +329,7 @@ def remarks(bands: xr.Dataset, verification: xr.Dataset | None = None) -> list[s
                 f"reliably only if it covers {percent(unseen_share(sampled))} of the input range "
                 "or more"
             )
+        # The discretization, and whose errors are judged by other measures.
         if record.discretization:
             origin = " (chosen by the method)" if record.halved is not None else ""
             lines.append(f"Discretization: {record.discretization}{origin}")
@@ -341,6 +345,7 @@ def remarks(bands: xr.Dataset, verification: xr.Dataset | None = None) -> list[s
                 f"{record.same_counts}: all runs count the same at all times, but up to {of_all} "
                 "of all parts may count a change earlier or later"
             )
+        # Whether the steps resolve the vibrations.
         carriers = (  # NetCDF has a number in place of one that is alone
             np.atleast_1d(values)
             for values in (record.carrier_frequencies, record.steps_per_period)
@@ -349,6 +354,7 @@ def remarks(bands: xr.Dataset, verification: xr.Dataset | None = None) -> list[s
             f"A vibration of {frequency:.4g} Hz has {steps:.3g} steps per period"
             for frequency, steps in zip(*carriers, strict=False)
         ]
+    # What to do, and which options are the worst.
     lines += advice_on(bands, verification)
     if "choice" in bands.dims:
         for name in outputs_of(bands):

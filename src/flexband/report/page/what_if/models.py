@@ -59,6 +59,7 @@ def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> JsonRecord:
     terms = PartTerms.from_expansion(parts, columns)
     m = terms.interval_dimension
     moments = terms.moments
+    # What the page needs in any case: polynomials of the moments, and points of the scan.
     smooth_moments = MomentPolynomials.from_index(*moment_orders([terms]))
     polynomials, eta, inverse = smooth_moments
     rule = _rule(terms, eta, scale)
@@ -70,12 +71,14 @@ def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> JsonRecord:
         "error": _difference(expansion, terms, smooth_moments, rule).tolist(),
     }
     if rule is None:
+        # The smooth moments themselves, over the scale of their outputs.
         smooth = np.moveaxis(inverse @ terms.table(eta), 0, 2)
         size = np.ones((len(scale), moments.block)) * scale[:, None]
         size[:, [moments.variance, *range(moments.turn_real, moments.block)]] *= scale[:, None]
         smooth[:, : moments.phase] /= size.reshape(-1, 1)
         smooth[0, moments.phase :] = _turned_back(smooth[0, moments.phase :])
         return tree | _round_coefficients(smooth)
+    # The parts over the scale of their outputs, and the rule that integrates their moments.
     points, weights = rule
     rows = np.moveaxis(terms.coefficients, 0, 2).copy()
     rows[:, : columns.phase] /= scale[:, None]

@@ -44,6 +44,7 @@ def what_if(
     expansions = [expansion for alternative in alternatives for expansion in alternative.expansions]
     if alternatives[0].time is None:
         return None, ["Other inputs need new runs here, since the outputs are no series in time."]
+    # A model of each expansion, unless they are too large for a page.
     size = sum(expansion.arrays()["coefficients"].size for expansion in expansions)
     if size > max_coefficients:
         return None, ["Other inputs are for Python: the surrogate is too large for a page."]
@@ -58,6 +59,7 @@ def what_if(
     resolved = all(
         model_data["kind"] == "direct" or "points" in model_data for model_data in models
     )
+    # The inputs that can be changed, in display units.
     intervals, remarks = intervals_of(space)
     python_inputs = "surrogate." + ("space.inputs" if isinstance(surrogate, Surrogate) else "given")
     sizes, why = sizes_of(space, python_inputs, resolved=resolved)

@@ -22,8 +22,10 @@ class _Commands(TyperGroup):
 
     def __init__(self, **options: Any):
         super().__init__(**options)
-        known = {name: TyperCommand(name, help=text) for name, (_, text) in commands().items()}
-        self.commands = {**known, **self.commands}
+        command_stubs = {
+            name: TyperCommand(name, help=text) for name, (_, text) in commands().items()
+        }
+        self.commands = {**command_stubs, **self.commands}
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         load(args)
@@ -39,8 +41,8 @@ class _Commands(TyperGroup):
     def parse_args(self, ctx: Any, args: Sequence[str]) -> list[str]:
         options = args[: args.index("--")] if "--" in args else args
         Ending.debug = "--debug" in options
-        known = _apart([a for a in options if a != "--debug"])
-        return super().parse_args(ctx, [*known, *args[len(options) :]])
+        arguments = _apart([a for a in options if a != "--debug"])
+        return super().parse_args(ctx, [*arguments, *args[len(options) :]])
 
     def main(self, *arguments: Any, **options: Any) -> Any:
         print_anywhere()

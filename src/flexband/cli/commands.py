@@ -47,8 +47,8 @@ def _names(function: ast.FunctionDef) -> Iterator[str]:
             "app.command",
             "answer_command",
         ):
-            given = [ast.literal_eval(argument) for argument in decorator.args[:1]]
-            yield (given or [function.name.replace("_", "-")])[0]
+            explicit_names = [ast.literal_eval(argument) for argument in decorator.args[:1]]
+            yield (explicit_names or [function.name.replace("_", "-")])[0]
 
 
 def load(arguments: Sequence[str]) -> None:

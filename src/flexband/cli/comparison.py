@@ -59,7 +59,7 @@ def compare_methods(
         compile_ahead(study)
     check_folder(output)
     folder = StudyFolder(output)
-    with folder.held(kept=False):
+    with folder.held(keep_lock=False):
         claim = str(file.resolve()), fingerprint(study.response)
         folder.check_claim(*claim, replace=replace)
         try_write(lambda: folder.claim(*claim))

@@ -120,14 +120,14 @@ def print_table(title: str, content: Table) -> None:
     header = list(map(printable, content[0]))
     rows = [[printable(row[0]), *map(with_minus, row[1:])] for row in content[1]]
     console = Terminal()
-    whole = _widths(header, rows)
+    full_widths = _widths(header, rows)
     words = _widths([max(head.split() or [""], key=cell_len) for head in header], rows)
     parts = [list(range(len(header)))]
-    if not _fits(whole, console.width):
+    if not _fits(full_widths, console.width):
         parts = _parts(words, console.width)
     print_text(title)
     for part in parts:
-        widths = whole if _fits([whole[c] for c in part], console.width) else words
+        widths = full_widths if _fits([full_widths[c] for c in part], console.width) else words
         columns = [
             Column(header[c], width=widths[c], justify="right" if c else "left") for c in part
         ]
@@ -137,9 +137,9 @@ def print_table(title: str, content: Table) -> None:
         console.print(table)
 
 
-def _fits(widths: list[int], most: int) -> bool:
-    """Return whether a table with these columns is not wider than `most` characters."""
-    return sum(widths) + 3 * len(widths) + 1 <= most
+def _fits(widths: list[int], max_width: int) -> bool:
+    """Return whether a table with these columns is not wider than `max_width` characters."""
+    return sum(widths) + 3 * len(widths) + 1 <= max_width
 
 
 def _widths(header: list[str], rows: list[list[str]]) -> list[int]:
@@ -147,21 +147,23 @@ def _widths(header: list[str], rows: list[list[str]]) -> list[int]:
     return [max(1, *map(cell_len, column)) for column in zip(header, *rows, strict=True)]
 
 
-def _parts(widths: list[int], most: int) -> list[list[int]]:
-    """Return the columns of the fewest tables not wider than `most`, as evenly as possible."""
+def _parts(widths: list[int], max_width: int) -> list[list[int]]:
+    """Return the columns of the fewest tables not wider than `max_width`, as evenly as possible."""
     size = [width + 3 for width in widths]
-    count = len(_fill_columns(size, most))
-    least = next(
-        w for w in range(size[0] + 1, most + sum(size) + 2) if len(_fill_columns(size, w)) <= count
+    count = len(_fill_columns(size, max_width))
+    min_width = next(
+        w
+        for w in range(size[0] + 1, max_width + sum(size) + 2)
+        if len(_fill_columns(size, w)) <= count
     )
-    return _fill_columns(size, least)
+    return _fill_columns(size, min_width)
 
 
-def _fill_columns(size: list[int], most: int) -> list[list[int]]:
-    """Return the columns of tables, each filled until it would be wider than `most`."""
+def _fill_columns(size: list[int], max_width: int) -> list[list[int]]:
+    """Return the columns of tables, each filled until it would be wider than `max_width`."""
     parts = [[0]]
     for c in range(1, len(size)):
-        if len(parts[-1]) > 1 and sum(size[k] for k in [*parts[-1], c]) + 1 > most:
+        if len(parts[-1]) > 1 and sum(size[k] for k in [*parts[-1], c]) + 1 > max_width:
             parts.append([0])
         parts[-1].append(c)
     return parts

@@ -53,21 +53,23 @@ def report(
     Nothing is run. report.html is one file with all that it needs, which can be sent. Distribution
     functions take about a second each; they are kept in p_boxes.nc.
     """
-    given = read_given(folder)
-    if not given:
+    # Refuse a folder whose files are not those of its report.
+    page_record = read_given(folder)
+    if not page_record:
         raise InputError(f"folder must have results of `flexband run`; got '{folder}'")
-    if missing := [name for name in given["files"] if not (folder / name).is_file()]:
+    if missing := [name for name in page_record["files"] if not (folder / name).is_file()]:
         raise InputError(f"'{folder}' has lost {', '.join(missing)}; `flexband run` makes it again")
     check_answers(folder)
-    check_shown(folder, given)
-    if FileName.BANDS not in given["files"]:
+    check_shown(folder, page_record)
+    if FileName.BANDS not in page_record["files"]:
         raise InputError(f"'{folder}' has no {FileName.BANDS} of its study; {RESTORED}")
+    # Read the results, and add the answers that are missing.
     data = read_netcdf(folder / FileName.BANDS)
-    checked, shares = (
-        read_netcdf(folder / name) if name in given["files"] else None
+    verification, shares = (
+        read_netcdf(folder / name) if name in page_record["files"] else None
         for name in (FileName.VERIFICATION, FileName.CONTRIBUTIONS)
     )
-    saved = FileName.SURROGATE in given["files"]
+    saved = FileName.SURROGATE in page_record["files"]
     surrogate = fb.load_surrogate(folder / FileName.SURROGATE) if saved else None
     sigmas = float(BandRecord.read(data).sigmas)
     of_others = shares is not None and BandRecord.read(shares).sigmas != sigmas  # asked for since
@@ -75,9 +77,9 @@ def report(
         shares = fb.analysis.contributions(surrogate, sigmas=sigmas)
     if p_boxes is not None:
         add_p_boxes(surrogate, data, folder, p_boxes)
-    page = write_report(folder, given, data, checked, shares, surrogate)
+    page = write_report(folder, page_record, data, verification, shares, surrogate)
     try_write(lambda: list_shown(folder))
-    for remark in remarks_of(data.attrs if checked is None else checked.attrs):
+    for remark in remarks_of(data.attrs if verification is None else verification.attrs):
         print_remark(remark_line(remark))
     print_text(f"Report: {page}")
     if pdf:

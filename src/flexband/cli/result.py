@@ -74,10 +74,10 @@ def write_report_of(plan: Plan, study: Study, result: StudyResult) -> bool:
 def has_report(folder: Path, study: Study, file: Path) -> bool:
     """Return whether a folder has the report of its result, perhaps with more answers."""
     try:
-        given = read_given(folder)
-        check_shown(folder, given)
-        there = (folder / FileName.REPORT).is_file() and bool(given)
-        return there and reported_as(study, given, file)
+        page_record = read_given(folder)
+        check_shown(folder, page_record)
+        there = (folder / FileName.REPORT).is_file() and bool(page_record)
+        return there and reported_as(study, page_record, file)
     except InputError:
         return False
 
@@ -89,8 +89,10 @@ def print_result(
     verdicts = result.verdicts_in(study.display)
     title = f"{plan.title}: {result.label}, {number_of(result.runs, 'run')}"
     sampled = result.parts
-    shown = tables.predictable_part(study.display.data(result.bands), sampled)
-    table = None if shown is None else tables.summary_table(shown, result.verification)
+    display_bands = tables.predictable_part(study.display.data(result.bands), sampled)
+    table = (
+        None if display_bands is None else tables.summary_table(display_bands, result.verification)
+    )
     parts = None if sampled is None else parts_table(sampled)
     answer = answer_of(study, result) if reported else []
     notes = remarks(study, result)

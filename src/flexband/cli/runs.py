@@ -81,10 +81,12 @@ def run(
     serve them. Results of an earlier run in the same folder are replaced; what is left of
     them is named. Options of methods are listed by --help-methods.
     """
-    given = {name: value for name, value in values.items() if value is not None}
+    method_options = {name: value for name, value in values.items() if value is not None}
     path = str(file.resolve())
     with usage():
-        plan = Plan(path, method, given, sigmas, verify, failed, batch, executor, time_limit)
+        plan = Plan(
+            path, method, method_options, sigmas, verify, failed, batch, executor, time_limit
+        )
     options = plan.options(record=store, allow_mismatch=allow_mismatch, replace=replace)
     run_plan(plan, output, options, as_json=as_json)
 
@@ -122,10 +124,12 @@ def run_plan(plan: Plan, output: Path, options: RunOptions, *, as_json: bool = F
             result = run_study(study, output, options, about=about, task=task)
             listener().stage("the report")
             reported = write_report_of(plan, study, result)
-    except RunsNeeded as needed:
+    except RunsNeeded as missing_runs:
         if not options.record:
             raise
-        print_text(f"{are(len(needed.points), 'point')} to be run: {output / FileName.POINTS}")
+        print_text(
+            f"{are(len(missing_runs.points), 'point')} to be run: {output / FileName.POINTS}"
+        )
         print_text(f"`flexband import-results {output} RESULTS.csv` records their results")
         raise typer.Exit(ExitStatus.WAITING) from None
     except KeyboardInterrupt:

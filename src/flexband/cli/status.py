@@ -151,7 +151,7 @@ def _runs(folder: StudyFolder, session: int | None) -> dict[str, Any]:
     reasons = arrays.read("reason", failed)
 
     def replaced(k: Any, row: np.ndarray) -> bool:
-        return any(parts_of(settings[k]) < finer for finer in done.get(row.tobytes(), []))
+        return any(parts_of(settings[k]) < done_parts for done_parts in done.get(row.tobytes(), []))
 
     first = len(arrays.sessions) - 1 if session is None else session
     return {
@@ -190,11 +190,13 @@ def going_on(facts: dict[str, Any]) -> str:
 def count_text(facts: dict[str, Any]) -> str:
     """Return how many runs are done, and of how many as far as that is known."""
     if facts["total"] is not None:
-        most = "at most " if facts["most"] else ""
+        limit_text = "at most " if facts["most"] else ""
         total = number_of(facts["total"], "run")
-        return f"{facts['done']} of {most}{total} done"
-    most = f" (at most {facts['each']} with the same step and elements)" if facts["each"] else ""
-    return f"{number_of(facts['done'], 'run')} done{most}"
+        return f"{facts['done']} of {limit_text}{total} done"
+    limit_text = (
+        f" (at most {facts['each']} with the same step and elements)" if facts["each"] else ""
+    )
+    return f"{number_of(facts['done'], 'run')} done{limit_text}"
 
 
 def now_and_left(facts: dict[str, Any]) -> list[str]:
@@ -222,6 +224,7 @@ def lines(facts: dict[str, Any], listed: int = 10) -> list[str]:
         about += f" ({lines[0] if failures else ' '.join(lines)})"
     elif state == "running" and facts["process"]:
         about += f", by {facts['process']}"
+    # How many runs are done, and how fast.
     if state in ("running", "finished"):
         report = [about, f"{count_text(facts)}, {facts['failed']} failed"]
     else:
@@ -231,6 +234,7 @@ def lines(facts: dict[str, Any], listed: int = 10) -> list[str]:
         ]
     if state == "running":
         report += now_and_left(facts)
+    # Which runs failed.
     if facts["replaced"]:
         report.append(
             f"{facts['replaced']} more failed on a coarse discretization that was tried first, and "
@@ -244,6 +248,7 @@ def lines(facts: dict[str, Any], listed: int = 10) -> list[str]:
         report.append(
             f"… and {number_of(len(failures) - listed, 'more failed run')} (--json lists all)"
         )
+    # Doubts, and how the study goes on.
     if facts["doubts"]:
         report.append(f"Doubts: {'; '.join(facts['doubts'])}")
     if state == "waiting" and facts["points"]:

@@ -69,30 +69,30 @@ def study_html(study: Study) -> str:
 def surrogate_html(surrogate: AnySurrogate) -> str:
     """Return a table of a surrogate: its outputs, runs, expected error and inputs."""
     if isinstance(surrogate, SurrogateOfChoices):
-        given = surrogate.given
-        several = list(surrogate.surrogates.values())
+        inputs = surrogate.given
+        alternatives = list(surrogate.surrogates.values())
     else:
-        given = surrogate.space.given
-        several = [surrogate]
-    labels = several[0].labels
+        inputs = surrogate.space.given
+        alternatives = [surrogate]
+    labels = alternatives[0].labels
     sizes = [f"{dim} ({size})" for dim, size in labels.sizes.items() if dim != "sample"]
     rows = [("dims", ", ".join(sizes) or "one number")]
     if "output" in labels.coords:
         rows.insert(0, ("outputs", ", ".join(map(str, labels["output"].values))))
-    attrs = [alternative.diagnostics.attrs for alternative in several]
+    attrs = [alternative.diagnostics.attrs for alternative in alternatives]
     rows += [(name, str(attrs[0][name])) for name in ("method",) if name in attrs[0]]
     rows.append(("runs", str(sum(int(diagnostics.get("runs", 0)) for diagnostics in attrs))))
     if errors := [about["expected_error"] for about in attrs if "expected_error" in about]:
-        averaged = "" if several[0].time is None else f", mean over {several[0].time}"
+        averaged = "" if alternatives[0].time is None else f", mean over {alternatives[0].time}"
         width = f"{percent(max(errors))} of the error bar's width{averaged}"
         rows.append(("expected error", width))
     rows += [("not reliable", about["not_trusted"]) for about in attrs if "not_trusted" in about]
-    return _table(("surrogate", ""), rows) + _inputs(given)
+    return _table(("surrogate", ""), rows) + _inputs(inputs)
 
 
-def _inputs(given: Mapping[str, Any]) -> str:
+def _inputs(inputs: Mapping[str, Any]) -> str:
     """Return a table of inputs: what each is, and its nominal value and range."""
-    rows = [(name, *_about(input_)) for name, input_ in given.items()]
+    rows = [(name, *_about(input_)) for name, input_ in inputs.items()]
     return _table(("input", "", "from", "to", "mean", "std"), rows)
 
 
@@ -119,8 +119,10 @@ def _source_text(input_: Any) -> str:
     """Return an object as it would be written: without what is left out, and functions by name."""
     if not is_dataclass(input_):
         return repr(input_)
-    chosen = [(f, getattr(input_, f.name)) for f in fields(input_) if f.repr]
-    changed = [(f, value) for f, value in chosen if value is not f.default and value != f.default]
+    repr_fields = [(f, getattr(input_, f.name)) for f in fields(input_) if f.repr]
+    changed = [
+        (f, value) for f, value in repr_fields if value is not f.default and value != f.default
+    ]
     arguments = [f"{f.name}={_name(value)}" for f, value in changed]
     return f"{type(input_).__name__}({', '.join(arguments)})"
 

@@ -85,12 +85,12 @@ def progress_bar(name: str = "runs") -> Iterator[Progress]:
         yield task(name)
 
 
-def _told(done: int, total: int, *, most: bool = False) -> str:
-    """Return how many runs are done, and of how many; `most` if known per discretization only."""
+def _told(done: int, total: int, *, with_limit: bool = False) -> str:
+    """Return how many runs are done, and of how many, or at most per discretization."""
     budget = Budget.from_total(total)
     if budget.each:
         limit = f", at most {budget.each} with the same step and elements"
-        return f"{number_of(done, 'run')} so far{limit * most}"
+        return f"{number_of(done, 'run')} so far{limit * with_limit}"
     return f"{done} of {('at most ' if not budget.exact else '')}{number_of(total, 'run')}"
 
 
@@ -104,11 +104,11 @@ class _Bar(ProgressListener):
         self.task = bars.add_task(printable(name), total=None, told="")
 
     def __call__(self, done: int, total: int) -> None:
-        known = None if Budget.from_total(total).each else total
+        bar_total = None if Budget.from_total(total).each else total
         self.text = _told(done, total)
-        if done >= total and total is known:
+        if done >= total and total is bar_total:
             self.now = ""
-        self.bars.update(self.task, completed=done, total=known, told=self._told())
+        self.bars.update(self.task, completed=done, total=bar_total, told=self._told())
 
     def stage(self, name: str) -> None:
         self.now = printable(name).partition(" (")[
@@ -142,7 +142,7 @@ class _Lines(ProgressListener):
         if self.measured is None and done > self.first:
             self.measured = now, done
         ended = done >= total and Budget.from_total(total).exact
-        text = _told(done, total, most=not done) + (
+        text = _told(done, total, with_limit=not done) + (
             "" if ended else self.left(now, done, total) + self.now
         )
         if text != self.text and (ended or now >= self.printed + PERIOD):

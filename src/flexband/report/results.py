@@ -44,6 +44,7 @@ def write_comparison_report(
     response = study.nominal()
     drawn = list[Drawing]()
     adaptive = AdaptivePCCI(correct=False)
+    # Figures of the problem: its fields, and its response without uncertainty.
     along = field_axes(study.source, study.inputs) if fields else {}
     if random := {k: field for k, field in fields.items() if isinstance(field, RandomField)}:
         caption = "Variance error of the random fields after discretization"
@@ -55,12 +56,13 @@ def write_comparison_report(
     if outputs := drawable_outputs(response):
         draw = partial(figures.response_figure, response, outputs)
         drawn.append(("Response without uncertainty", draw))
+    # Figures of the methods: bands for each pair of orders, and errors against runs.
     for name in outputs:
         for k, q in dict.fromkeys(orders):
             compared = results[0].method, PCCI(k, q), ImprovedPCCI(k, q), adaptive
-            chosen = {r.method.label: r.bands for r in results if r.method in compared}
+            bands_by_method = {r.method.label: r.bands for r in results if r.method in compared}
             caption = f"{bands} of {name}, k = {k}, q = {q}"
-            draw = partial(figures.bands_figure, chosen, name)
+            draw = partial(figures.bands_figure, bands_by_method, name)
             drawn.append((caption, draw))
         caption = f"Relative errors of {name} against runs"
         draw = partial(figures.errors_figure, results, name)

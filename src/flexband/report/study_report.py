@@ -33,7 +33,7 @@ def report_study(study: Study, result: StudyResult, title: str, file: Path | Non
     folder, signed = result.folder, StudyFolder(result.folder).signed
     _write_path(result)
     block = title_block(study.title_block, file)
-    given = {
+    page_record = {
         "title": block.get("title") or title,
         "title_block": block,
         "label": result.label,
@@ -45,18 +45,23 @@ def report_study(study: Study, result: StudyResult, title: str, file: Path | Non
         **head_of(result),
         "signed": signed([folder / name for name in result.result_files]),
     }  # fmt: skip
-    try_write(lambda: write_given(folder, given))
+    try_write(lambda: write_given(folder, page_record))
     page = write_report(
-        folder, given, result.bands, result.verification, result.contributions, result.surrogate
+        folder,
+        page_record,
+        result.bands,
+        result.verification,
+        result.contributions,
+        result.surrogate,
     )
     try_write(lambda: list_shown(folder))
     return page
 
 
-def reported_as(study: Study, given: JsonRecord, file: Path | None) -> bool:
+def reported_as(study: Study, page_record: JsonRecord, file: Path | None) -> bool:
     """Return whether a report shows a study with its units and its title block of now."""
     now = (study.units, study.display_units, title_block(study.title_block, file))
-    return now == tuple(given.get(k, {}) for k in ("units", "display_units", "title_block"))
+    return now == tuple(page_record.get(k, {}) for k in ("units", "display_units", "title_block"))
 
 
 def answer_of(study: Study, result: StudyResult) -> list[str]:

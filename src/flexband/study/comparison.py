@@ -112,6 +112,7 @@ def compare(
     for name, callback in (("progress", progress), ("finished", finished)):
         if callback is not None:
             check_function(name, callback)
+    # Methods that can be afforded, on one discretization for all; compile before any is timed.
     study = study.located()
     space = Space(first_case(study.inputs))
     count = len(cases(study.inputs))
@@ -120,6 +121,7 @@ def compare(
     methods = [method for method in methods if _affordable(method, space, count)]
     study = with_discretization(study)
     warm_up(study, (reference, *methods))
+    # The reference comes first, since errors are those against it.
     results: list[Comparison] = []
     for method in (reference, *methods):
         report = progress(method) if progress else None

@@ -79,8 +79,8 @@ def compile_ahead(study: StudyDefinition) -> None:
         "bounds": True,
         "phases": isinstance(study.method, PhaseResolvedPCCI) or not isinstance(study.method, PCCI),
     }
-    needed = [name for name in PARTS if study.expands and uses[name]]
-    missing = [name for name in needed if not all(map(kept, PARTS[name][0]))]
+    part_names = [name for name in PARTS if study.expands and uses[name]]
+    missing = [name for name in part_names if not all(map(kept, PARTS[name][0]))]
     if min(len(missing), available_cores()) < 2:
         return
     listener().stage("compiling")

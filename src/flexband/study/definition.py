@@ -57,16 +57,16 @@ class StudyDefinition:
         as_method(self.method)
         check_instance("scatter", self.scatter, Mapping, '{"length": fb.Uniform(0.9, 1.1)}')
         display = Display.from_units(self.display_units, self.units, self.inputs)
-        checked = {
+        field_values = {
             "inputs": Fixed(self.inputs),
             "sigmas": checked_sigmas(self.sigmas),
             "requirements": tuple(dict.fromkeys(several(self.requirements, "requirements"))),
             "scatter": Fixed(self.scatter),
             "units": Fixed(display.units),
-            "display_units": Fixed(display.chosen),
+            "display_units": Fixed(display.display_units),
             "title_block": Fixed(checked_title_block("title_block", self.title_block)),
         }
-        for name, value in checked.items():
+        for name, value in field_values.items():
             object.__setattr__(self, name, value)
         if self.scatter:
             ScatteringTolerances.from_scatter(self.scatter, Space(first_case(self.inputs)))

@@ -61,6 +61,6 @@ def with_discretization(study: Study) -> Study:
     surrogate = expand(study.response, inputs, method)
     assert isinstance(surrogate, Surrogate)
     response, _ = as_expanded(surrogate, response)
-    chosen = BandRecord.read(surrogate.diagnostics).discretization
-    warn(f"left out: {' and '.join(missing)}; {method.label} chooses {chosen}")
+    discretization = BandRecord.read(surrogate.diagnostics).discretization
+    warn(f"left out: {' and '.join(missing)}; {method.label} chooses {discretization}")
     return replace(study, response=Discretized(response.original))

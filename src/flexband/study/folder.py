@@ -118,10 +118,10 @@ class StudyFolder:
             partial.write_text(text, encoding="utf-8")
 
     @contextmanager
-    def held(self, *, kept: bool = True) -> Iterator[None]:
+    def held(self, *, keep_lock: bool = True) -> Iterator[None]:
         """Hold the folder, which is made if it is missing.
 
-        Raise `StoreError` if another process holds it; `kept` is whether the lock's file stays.
+        Raise `StoreError` if another process holds it; `keep_lock` is whether its file stays.
         """
         try:
             self.path.mkdir(parents=True, exist_ok=True)
@@ -131,7 +131,7 @@ class StudyFolder:
         try:
             yield
         finally:
-            if not kept and not self.begun:
+            if not keep_lock and not self.begun:
                 (self.path / FileName.STUDY_LOCK).unlink(missing_ok=True)
                 (self.path / FileName.HOLDER).unlink(missing_ok=True)
             lock.release()
@@ -224,8 +224,8 @@ class StudyFolder:
 
     def is_result(self, result: Mapping[str, Any]) -> bool:
         """Return whether a result in study.json, and the files that it names, are as written."""
-        known = result.get("checksum") == checksum_of(result)
-        return known and self.has(result["checksums"])
+        is_intact = result.get("checksum") == checksum_of(result)
+        return is_intact and self.has(result["checksums"])
 
 
 def checksum_of(result: Mapping[str, Any]) -> int:

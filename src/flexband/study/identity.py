@@ -41,8 +41,8 @@ def identity(study: StudyDefinition, *options: object) -> str:
         source_hash(*COMPUTING),
     )
     digest = hashlib.sha256(repr(settings).encode())
-    named = tuple(sorted(inputs.items()))
-    for part in (study.response, study.method, named, study.requirements):
+    sorted_inputs = tuple(sorted(inputs.items()))
+    for part in (study.response, study.method, sorted_inputs, study.requirements):
         digest.update(fingerprint(part).encode())
     digest.update(_values(study).tobytes())
     return digest.hexdigest()[:32]

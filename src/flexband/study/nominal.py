@@ -121,6 +121,7 @@ def with_runs(
     count = 0
     recorded = margins.get("recorded_margin", unknown).values.copy()
     cases = surrogates_of(surrogate)
+    # Requirements that the surrogate alone does not decide.
     unsure = margins["verdict"].values.astype(str) == "undecided"
     if not any(case.space.random_dimension for case in cases.values()):
         unsure |= margins["run_required"].values
@@ -134,6 +135,7 @@ def with_runs(
             limit = margins.isel(limit=k)
             label = str(limit["worst_choice"].values) if "worst_choice" in limit else ""
             case = cases[label]
+            # The point of the run: the worst tolerances, and means of random inputs.
             tolerances = Space(case.space.of_kind(random=False))
             values = dict(
                 zip(limit["input"].values.tolist(), limit["worst_inputs"].values, strict=True)
@@ -144,6 +146,7 @@ def with_runs(
             points = np.zeros((1, case.space.random_dimension)), np.reshape(eta, (1, -1))
             made = runs_of(case, label, lambda *_: None)(points)
             assert made.values is not None
+            # Its margin counts if the discretization does not explain it.
             corridor = requirements[k].corridor(case.labels, label)
             run = made.values.values[0]
             margin = corridor.margin(run, run)
@@ -191,8 +194,10 @@ def with_recorded(
         count += len(runs)
         for k, requirement in enumerate(requirements):
             extreme = RunExtreme.from_runs(runs, requirement, case)
-            known = extremes.setdefault(k, extreme)
-            extremes[k] = min(known, extreme, key=lambda each: each.recorded_margin)
+            extreme_so_far = extremes.setdefault(k, extreme)
+            extremes[k] = min(
+                extreme_so_far, extreme, key=lambda candidate: candidate.recorded_margin
+            )
     columns = {
         name: ("limit", [getattr(extremes[k], name) for k in range(len(requirements))])
         for name in RunExtreme._fields

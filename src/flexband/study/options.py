@@ -41,14 +41,15 @@ def with_options(method: Method, values: Mapping[str, object]) -> Method:
 
     Raise `InputError` if the method does not have a field of this name.
     """
-    given = {name: value for name, value in values.items() if value is not None}
-    known = [field.name for field in fields(method)] if is_dataclass(method) else []
-    for name in given:
-        if name not in known:
+    new_values = {name: value for name, value in values.items() if value is not None}
+    field_names = [field.name for field in fields(method)] if is_dataclass(method) else []
+    for name in new_values:
+        if name not in field_names:
             allowed, requested = (
-                f"--{', --'.join(names)}".replace("_", "-") for names in (known, [name])
+                f"--{', --'.join(names)}".replace("_", "-") for names in (field_names, [name])
             )
             raise InputError(
-                f"options of {method.name} are {allowed if known else 'none'}; got {requested}"
+                f"options of {method.name} are {allowed if field_names else 'none'}; "
+                f"got {requested}"
             )
-    return replace(method, **given) if given else method  # type: ignore[type-var]
+    return replace(method, **new_values) if new_values else method  # type: ignore[type-var]

@@ -140,19 +140,23 @@ class StudyProgress(ProgressListener):
         """Take progress: the first call comes when the store has been opened."""
         self.bar(done, total)
         budget = Budget.from_total(total)
-        each = budget.each
-        most = not budget.exact
+        per_discretization = budget.each
+        is_upper_bound = not budget.exact
         done = self.before + done
         total = self.before + total
         if not self.opened:
             self.claim()
         if not self.sized:
             self._announce_memory(total)
-        known = {"total": None if each else total, "each": each, "most": most}
+        counts = {
+            "total": None if per_discretization else total,
+            "each": per_discretization,
+            "most": is_upper_bound,
+        }
         now = time.monotonic()
-        new = not self.opened or any(self.about.get(k) != value for k, value in known.items())
+        new = not self.opened or any(self.about.get(k) != value for k, value in counts.items())
         self.opened = True
-        self.about |= {"done": done, **known, "ran": now - self.begin}
+        self.about |= {"done": done, **counts, "ran": now - self.begin}
         if new or done == total or now > self.written + self.period:
             self.written = now
             self.write("running")
@@ -172,9 +176,9 @@ class StudyProgress(ProgressListener):
         size = 8.0 * math.prod(outputs.shape[1:])
         peak, per_carrier = memory_of(self.study, self.store, total, size)
         carriers = CarrierOptions().max_carriers
-        most = in_bytes(peak + carriers * per_carrier)
-        each = f"{in_bytes(per_carrier)} more for each of up to {carriers} carriers"
-        ringing = f", and if they ring {each}, {most} in all"
+        peak_text = in_bytes(peak + carriers * per_carrier)
+        carrier_text = f"{in_bytes(per_carrier)} more for each of up to {carriers} carriers"
+        ringing = f", and if they ring {carrier_text}, {peak_text} in all"
         listener().warn(
             f"Outputs of {number_of(total, 'run')} take {in_bytes(total * size)}; the study needs "
             f"about {in_bytes(peak)} of memory{ringing * (per_carrier > 0)}.",
@@ -182,9 +186,9 @@ class StudyProgress(ProgressListener):
         if peak > free_memory():
             warn(f"only {in_bytes(free_memory())} of memory are free")
 
-    def write(self, state: str, **more: Any) -> None:
+    def write(self, state: str, **entries: Any) -> None:
         """Write study.json; warn once if that fails: the study goes on."""
-        self.about |= {"state": state, "elapsed": self.elapsed, **more}
+        self.about |= {"state": state, "elapsed": self.elapsed, **entries}
         if state != "running":
             self.about.pop("now", None)
         try:

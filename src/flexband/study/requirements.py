@@ -69,7 +69,7 @@ def _sample_parts(
     # only here, as below: most studies do not need it, and it takes a while to import
     from flexband.analysis.parts import distribution, horizon, points  # noqa: PLC0415
 
-    near = horizon.HorizonOptions()
+    horizon_options = horizon.HorizonOptions()
     options = distribution.SamplingOptions()
     folder = progress.folder.path
     store = progress.store
@@ -84,8 +84,8 @@ def _sample_parts(
     with runs_as_expanded(study.response, study.inputs, **how) as runs_of:
         horizons = dict[str, xr.Dataset]()
         for label, space in spaces.items():
-            neighbours = run(runs_of, "neighbouring runs", label, near.runs(space))
-            horizons[label] = horizon.horizon_of(neighbours, space, None, 0, near)
+            neighbours = run(runs_of, "neighbouring runs", label, horizon_options.runs(space))
+            horizons[label] = horizon.horizon_of(neighbours, space, None, 0, horizon_options)
     predictable = all(case["predictable"].all() for case in horizons.values())
     decide = (distribution.samples_decide(requirements, case) for case in cases.values())
     if predictable and not all(decide):
@@ -128,7 +128,9 @@ def checked_requirements(
     folder = progress.folder.path
 
     def unchecked(why: str) -> tuple[None, tuple[RequirementVerdict, ...]]:
-        return None, tuple(RequirementVerdict.not_checked(each, why) for each in study.limits)
+        return None, tuple(
+            RequirementVerdict.not_checked(requirement, why) for requirement in study.limits
+        )
 
     if not study.requirements:
         return None, ()
@@ -137,6 +139,7 @@ def checked_requirements(
     from flexband.analysis.parts.distribution import yield_of  # noqa: PLC0415
     from flexband.study.results.limits import check_limits_in  # noqa: PLC0415
 
+    # Margins that runs confirm where the surrogate does not decide.
     production = None if parts is None else yield_of(parts)
     try:
         requirements = around_nominal(study.requirements, folder, surrogate, study.display)
@@ -150,6 +153,7 @@ def checked_requirements(
             how = {"store": progress.store, **execution}
             return with_runs(study, surrogate, requirements, margins, **how)[0]
 
+        # Runs decide about probabilities as well.
         judge = {}
         if verifying and not study.runs_elsewhere:
             judge = {"response": study.response, "store": progress.store}

@@ -124,13 +124,14 @@ def run_study(
     check_instance("options", options, RunOptions)
     home = StudyFolder(Path(folder))
     about = dict(about or {})
-    with home.held(kept=options.record):
+    with home.held(keep_lock=options.record):
         claim = home.claimed(
             str(about.get("file") or ""),
             study.response,
             replace=options.replace,
             allow_mismatch=options.allow_mismatch,
         )
+        # A result of the same study is read; otherwise, recorded runs are reused.
         store = Store(home.path, allow_mismatch=options.allow_mismatch) if options.record else None
         if store is not None:
             about["identity"] = identity(study, options.verifying(study), options.failed)
@@ -141,6 +142,7 @@ def run_study(
         progress = StudyProgress(study, home, store, about, task)
         with progress.recorded(claim):
             compile_ahead(study)
+            # Make the runs: those of the method, and those that verify it.
             files = ResultFiles(home)
             verifying = options.verifying(study)
             surrogate, bands = write_bands(progress, files, verifying, **options.execution)
@@ -155,6 +157,7 @@ def run_study(
             )
             verification = None if surrogate is None else surrogate.verification
             seconds = progress.elapsed / (runs_of(bands) + verifying)
+            # Answer from them, and judge the requirements.
             listener().stage("the answers")
             shares = write_contributions(progress, surrogate, files)
             doubts = doubts_about(bands, verification, requested=bool(verifying))

@@ -58,8 +58,8 @@ def start_vibrations(
         if response.started_softly(1.0) is None:
             return []
         try:
-            given = response(**values).isel(sample=0).sel(output=bands["output"].values)
-            return _compare_starts(response, values, given, bands)
+            motion = response(**values).isel(sample=0).sel(output=bands["output"].values)
+            return _compare_starts(response, values, motion, bands)
         except (InputError, RunError):  # there is no rest, or no way from it
             return []
 
@@ -67,7 +67,7 @@ def start_vibrations(
 def _compare_starts(
     response: Response,
     values: Mapping[str, Any],
-    given: xr.DataArray,
+    motion: xr.DataArray,
     bands: xr.Dataset,
     *,
     parts: tuple[int, ...] = (40, 20, 10, 5),
@@ -75,37 +75,37 @@ def _compare_starts(
     least_cycles: float = 4.0,
     least_share: float = 0.1,
 ) -> list[StartVibration]:
-    """Compare the given motion with slow starts that take these `parts` of the time, in turn.
+    """Compare a motion with slow starts that take these `parts` of the time, in turn.
 
     A vibration has `least_periods` in the slow start, which would excite it otherwise,
     `least_cycles` in the motion, and `least_share` of the error bar's mean width.
     """
-    times = given["time"].values
+    times = motion["time"].values
     step = times[1] - times[0]
     steps = len(times) - 1
     bar = bands["error_bar"].isel({d: 0 for d in bands["error_bar"].dims if d == "choice"})
     width = bar.sel(bound="upper") - bar.sel(bound="lower")
     width = width.mean([dim for dim in width.dims if dim != "output"]).values
-    known: dict[int, StartVibration] = {}
-    sizes = abs(given).max("time").values
-    uncertain = set(np.flatnonzero(Units.along(given, ["output"]).varies(width, sizes)).tolist())
+    vibrations: dict[int, StartVibration] = {}
+    sizes = abs(motion).max("time").values
+    uncertain = set(np.flatnonzero(Units.along(motion, ["output"]).varies(width, sizes)).tolist())
     for half in dict.fromkeys(max(1, steps // (2 * part)) for part in parts):
-        if uncertain <= known.keys():
+        if uncertain <= vibrations.keys():
             break
         softly = response.started_softly(2 * half * step)
         assert softly is not None
-        soft = softly(**values).isel(sample=0).sel(output=given["output"].values)
-        apart = (given - soft.values).values[:, half:]
-        for k in uncertain - known.keys():
-            share = float(np.abs(apart[k]).max() / width[k])
-            frequency = _frequency(apart[k], step)
+        soft = softly(**values).isel(sample=0).sel(output=motion["output"].values)
+        differences = (motion - soft.values).values[:, half:]
+        for k in uncertain - vibrations.keys():
+            share = float(np.abs(differences[k]).max() / width[k])
+            frequency = _frequency(differences[k], step)
             if (
                 share >= least_share
                 and frequency * 2 * half * step >= least_periods
                 and frequency * times[-1] >= least_cycles
             ):
-                known[k] = StartVibration(str(given["output"].values[k]), frequency, share)
-    return sorted(known.values(), key=lambda vibration: -vibration.share)
+                vibrations[k] = StartVibration(str(motion["output"].values[k]), frequency, share)
+    return sorted(vibrations.values(), key=lambda vibration: -vibration.share)
 
 
 def _frequency(values: np.ndarray, step: float) -> float:

@@ -135,8 +135,8 @@ def load_study(file: Path) -> Study:
         raise InputError(f"{file}{lines[-1] if lines else ''}: {reason}") from error
     study = variables.get("study")
     if not isinstance(study, Study):
-        near = [name for name, value in variables.items() if isinstance(value, Study)]
+        study_names = [name for name, value in variables.items() if isinstance(value, Study)]
         description = f"{study!r}" if study is not None else "no `study`"
-        hint = f"; {near[0]!r} is one, call it study" if near else ""
+        hint = f"; {study_names[0]!r} is one, call it study" if study_names else ""
         raise InputError(f"{file} must define `study`, a flexband.Study; got {description}{hint}")
     return study

@@ -84,20 +84,23 @@ def allocate(
     )
     dims = {"name", "sizing", "limit", "binding", "input"}
     plain = {k: v.values.tolist() for k, v in allocation.variables.items() if set(v.dims) <= dims}
-    shown = result.display.data(allocation)
+    display_allocation = result.display.data(allocation)
     sizes = [
-        f"size {name} = {number(shown['size'].sel(sizing=name))} {units.get(name, '')}".rstrip()
+        f"size {name} = {number(display_allocation['size'].sel(sizing=name))} "
+        f"{units.get(name, '')}".rstrip()
         for units in [result.display.input_units()]
-        for name in (shown["sizing"].values.tolist() if "sizing" in shown else [])
+        for name in (
+            display_allocation["sizing"].values.tolist() if "sizing" in display_allocation else []
+        )
     ]
     cost_in_words = f"cost {allocation.attrs['cost']:.5g}"
     return CommandOutput(
         {str(k): v for k, v in (plain | allocation.attrs).items()},
-        [("Tolerances", allocation_table(shown))],
+        [("Tolerances", allocation_table(display_allocation))],
         ". ".join([", ".join([cost_in_words, *sizes]), AnswerRecord.read(allocation).outcome]),
         name="allocation",
         data=allocation,
-        figure=lambda: allocation_figure(shown),
+        figure=lambda: allocation_figure(display_allocation),
     )
 
 

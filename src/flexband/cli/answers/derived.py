@@ -84,18 +84,18 @@ def derived(
     ends = {k: [float(bounds[k][0].min()), float(bounds[k][1].max())] for k in names}
     errors = {k: float(bounds[k].max()) for k in map(str, bounds) if k.endswith("_error")}
     bounds = _with_output(bounds, output or [], labels_of(surrogate), result.display)
-    shown = result.display.data(bounds)
-    unit = unit_of_variable(shown["mean"])
+    display_bounds = result.display.data(bounds)
+    unit = unit_of_variable(display_bounds["mean"])
     name = " and ".join(output or ["the response"])
     title = f"{quantity.value} of {name}" + (f" [{unit}]" if unit else "")
-    turns = [shown.isel(turn=k) for k in range(shown.sizes.get("turn", 0))]
+    turns = [display_bounds.isel(turn=k) for k in range(display_bounds.sizes.get("turn", 0))]
     tables = [(f"{title}, turn {k + 1}", derived_table(turn)) for k, turn in enumerate(turns)]
     return CommandOutput(
         ends | errors | {str(k): v for k, v in bounds.attrs.items()},
-        tables or [(title, derived_table(shown))],
+        tables or [(title, derived_table(display_bounds))],
         name="derived",
         data=bounds,
-        figure=lambda: derived_figure(shown),
+        figure=lambda: derived_figure(display_bounds),
         drawable=bounds["range"].ndim == 2 and not turns,
     )
 
@@ -121,7 +121,7 @@ def _with_output(
     units = names_and_units(labels)
     outputs = [name or ONLY_OUTPUT for name in names or [""]]
     computed_units = {units.get(output) for output in outputs}
-    display_units = {display.chosen.get(output) for output in outputs}
+    display_units = {display.display_units.get(output) for output in outputs}
     unit = unit_of_variable(bounds["mean"])
     if not unit or computed_units != {unit} or len(display_units) > 1:
         return bounds

@@ -143,10 +143,10 @@ def bounds_table(bounds: xr.Dataset, name: str) -> Table:
     rows: list[list[str]] = []
     for output in outputs_of(bounds[name]):
         selection = select(bounds, output)
-        several: Sequence[float | None] = [None]
+        probabilities: Sequence[float | None] = [None]
         if "probability" in selection[name].dims:
-            several = selection["probability"].values.tolist()
-        for p in several:
+            probabilities = selection["probability"].values.tolist()
+        for p in probabilities:
             row_bounds = selection if p is None else selection.sel(probability=p)
             errors = [
                 number(row_bounds[k].max(), 2) if k in row_bounds else ""

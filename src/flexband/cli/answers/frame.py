@@ -195,6 +195,7 @@ def saved_result(folder: Path) -> SavedResult:
     from flexband.study.presentation.display import Display  # noqa: PLC0415
     from flexband.study.results.reliability import DoubtKind  # noqa: PLC0415
 
+    # Find the surrogate, or tell why there is none.
     file = folder / FileName.SURROGATE if folder.is_dir() else folder
     if not file.is_file():
         if not folder.exists():
@@ -213,19 +214,20 @@ def saved_result(folder: Path) -> SavedResult:
             "the argument must be a folder with the surrogate.npz of a finished study; "
             f"got '{folder}', which has none{running}"
         )
+    # Remark on what the answer may be worth: a newer run, and doubts about the result.
     if is_locked(file.parent / FileName.STUDY_LOCK):
         written = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(file.stat().st_mtime))
         print_remark(
             f"the study in '{file.parent}' is running; this answer is from its surrogate.npz of "
             f"{written}, which may be that of an earlier run"
         )
-    given = read_given(file.parent)
-    display = Display(given.get("display_units", {}), given.get("units", {}))
+    page_record = read_given(file.parent)
+    display = Display(page_record.get("display_units", {}), page_record.get("units", {}))
     surrogate = fb.load_surrogate(file)
-    for doubt in given.get("doubts", []):
+    for doubt in page_record.get("doubts", []):
         if doubt.unreliable:
             print_remark(f"what follows is NOT reliable: {doubt_text(doubt)}")
         elif doubt.kind is DoubtKind.TOLERANCE_NOT_MET:
             rare = "what depends on rare values, as probabilities do, is NOT reliable"
             print_remark(f"{doubt_text(doubt)}: {rare}")
-    return SavedResult(surrogate, file.parent, display, given.get("doubts", ()))
+    return SavedResult(surrogate, file.parent, display, page_record.get("doubts", ()))

@@ -80,6 +80,7 @@ def limits(
     place = result.folder
     with usage():
         sigmas = None if sigmas is None else checked_sigmas(sigmas)
+    # The limits, and how they are checked.
     requested_limits = limits_of(below or [], above or [], during, result, only or [], trust=trust)
     options: dict[str, Any] = {"accuracy": accuracy, "seed": seed}
     if runs and not has_probability(surrogate):
@@ -93,6 +94,7 @@ def limits(
         response, store = result.response_and_store(purpose, trust=trust)
         options |= {"response": response, "store": store, "runs": runs}
     check_folder(place)
+    # Check the limits, and write the answers.
     with progress_bars() as task:
         if runs:
             options["progress"] = task("correcting runs")
@@ -101,21 +103,27 @@ def limits(
             check = check_limits_in(place, surrogate, requested_limits, sigmas=sigmas, **options)
         except InputError as error:  # the limits fit, but margins cannot be computed
             why = str(error)
-            verdicts = [RequirementVerdict.not_checked(each, why) for each in requested_limits]
+            verdicts = [
+                RequirementVerdict.not_checked(requirement, why) for requirement in requested_limits
+            ]
             return CommandOutput({}, verdicts=verdicts)
     draw_limits(check, place, result.display)
     margins = check.margins
     probability = check.probability
-    checked = result.display.data(margins)
+    # The outcome in words and tables, in display units.
+    display_margins = result.display.data(margins)
     likely = None if probability is None else result.display.data(probability)
-    sentences = [margins_in_words(checked), *([] if likely is None else [verdict_on(likely)])]
+    sentences = [
+        margins_in_words(display_margins),
+        *([] if likely is None else [verdict_on(likely)]),
+    ]
     verification = result.dataset(FileName.VERIFICATION)
     return CommandOutput(
         {"limits": as_rows(margins), "probability": as_rows(probability)},
-        [("Limits", limits_table(checked, likely))],
+        [("Limits", limits_table(display_margins, likely))],
         "\n".join(sentences),
         verdicts=requirement_verdicts(
-            check._replace(margins=checked),
+            check._replace(margins=display_margins),
             uncertain_inputs(result.dataset(FileName.CONTRIBUTIONS), surrogate),
             None if verification is None else result.display.data(verification),
         ),
@@ -147,10 +155,10 @@ def limits_of(
                 raise UsageError(f"--{side} must be given once for {name or 'the output'}")
             known_limits[side] = value
     if not sides:
-        known = during is None and (result.folder / FileName.STUDY).is_file()
-        if known and (known_limits := several(result.study(trust=trust).requirements)):
-            chosen = select_limits(known_limits, only)
-            return around_nominal(chosen, result.folder, result.surrogate, result.display)
+        has_study = during is None and (result.folder / FileName.STUDY).is_file()
+        if has_study and (known_limits := several(result.study(trust=trust).requirements)):
+            study_limits = select_limits(known_limits, only)
+            return around_nominal(study_limits, result.folder, result.surrogate, result.display)
         raise UsageError(
             "limits requires --below or --above, as in --below F_X=345, unless the study has limits"
         )

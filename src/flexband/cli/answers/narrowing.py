@@ -72,11 +72,13 @@ def narrow(
         raise InputError("a surrogate with choices is narrowed in Python, one option at a time")
     with usage():
         new_inputs = changes_of(surrogate, changes)
-        both = surrogate, surrogate.narrowed(**new_inputs)
-        before, after = (expansion.bands(sigmas) for expansion in both)
+        surrogates = surrogate, surrogate.narrowed(**new_inputs)
+        before, after = (expansion.bands(sigmas) for expansion in surrogates)
+    # Margins of the limits by both surrogates.
     requirements = result.limits(trust=trust)
-    limits = limits_before_and_after(both, requirements, result.display, likely=probability)
+    limits = limits_before_and_after(surrogates, requirements, result.display, likely=probability)
     display = result.display
+    # The changes in words; an earlier answer to others is replaced.
     units = result.display.input_units()
     words = {name: known_of(new, display.scale(name))[1] for name, new in new_inputs.items()}
     changed = "; ".join(f"{k}: {text} {units.get(k, '')}".rstrip() for k, text in words.items())
@@ -85,12 +87,13 @@ def narrow(
     if earlier is not None and AnswerRecord.read(earlier).changes != changed:
         others = AnswerRecord.read(earlier).changes or "other inputs"
         print_text(f"The earlier narrowed.nc is replaced ({others})", error=True)
+    # Widths of the error bars, before and after.
     widths = [_widths(before), _widths(after)]
     error = after.attrs.get("expected_error", "not estimated")
-    both_shown = [result.display.data(bands) for bands in (before, after)]
-    shown = [_widths(bands) for bands in both_shown]
-    of_unit = {name: unit_of(select(both_shown[0], name)) for name in widths[0]}
-    pairs = {name: (old, shown[1][name]) for name, old in shown[0].items()}
+    display_bands = [result.display.data(bands) for bands in (before, after)]
+    display_widths = [_widths(bands) for bands in display_bands]
+    of_unit = {name: unit_of(select(display_bands[0], name)) for name in widths[0]}
+    pairs = {name: (old, display_widths[1][name]) for name, old in display_widths[0].items()}
     still = constants(before)
     rows = []
     for name, (old, new) in pairs.items():
@@ -122,7 +125,7 @@ def narrow(
 
 
 def limits_before_and_after(
-    both: tuple[fb.Surrogate, fb.Surrogate],
+    surrogates: tuple[fb.Surrogate, fb.Surrogate],
     limits: Sequence[fb.Requirement],
     display: Display,
     *,
@@ -134,22 +137,25 @@ def limits_before_and_after(
     only bounded, it is 0, with `confidence_high`. Raise `UsageError` if one is asked for, but there
     is none.
     """
-    if likely and not (limits and has_probability(both[0])):
+    if likely and not (limits and has_probability(surrogates[0])):
         raise UsageError("--probability requires random inputs, no Compensator, and study limits")
     if not limits:
         return []
-    checked = [display.data(fb.analysis.check_limits(surrogate, limits)) for surrogate in both]
-    units = checked[0].coords.get("unit", xr.DataArray("")).values
+    checks = [display.data(fb.analysis.check_limits(surrogate, limits)) for surrogate in surrogates]
+    units = checks[0].coords.get("unit", xr.DataArray("")).values
     units = np.broadcast_to(units, len(limits)).astype(str).tolist()
     rows = [
         {"limit": str(name), "unit": units[k],
-         "least_margin": [float(check["least_margin"][k]) for check in checked],
-         "verdict": [str(check["verdict"][k].values) for check in checked]}
-        for k, name in enumerate(checked[0]["limit"].values)
+         "least_margin": [float(check["least_margin"][k]) for check in checks],
+         "verdict": [str(check["verdict"][k].values) for check in checks]}
+        for k, name in enumerate(checks[0]["limit"].values)
     ]  # fmt: skip
     if likely:
         risk = fb.analysis.failure_probability
-        risks = [risk(each, limits) if has_probability(each) else None for each in both]
+        risks = [
+            risk(surrogate, limits) if has_probability(surrogate) else None
+            for surrogate in surrogates
+        ]
         rows += [{"limit": "any limit"}] * (len(limits) > 1)
         for k, row in enumerate(rows):
             for name in ("probability", "confidence_high"):
@@ -180,13 +186,13 @@ def limits_table(limits: list[dict[str, Any]]) -> Table:
     return header, rows
 
 
-def _likely(probability: float | None, most: float | None) -> str:
+def _likely(probability: float | None, upper_bound: float | None) -> str:
     """Return a probability, or what it is at most, as text; none where no input scatters."""
-    if probability is None or most is None:
+    if probability is None or upper_bound is None:
         return ""
     if isnan(probability):
         return NOT_GIVEN
-    return number(probability, 3) if probability else f"below {number(most, 2)}"
+    return number(probability, 3) if probability else f"below {number(upper_bound, 2)}"
 
 
 @answer_command("tolerance")
@@ -209,6 +215,7 @@ def tolerance(
         raise InputError(
             f"tolerance takes outputs over time alone; got dims {tolerances['width'].dims}"
         )
+    # Numbers by output, and the outputs whose bars can become as narrow as is wanted.
     table = {
         output: [float(select(tolerances[k], output)) for k in names]
         for output in outputs_of(tolerances)
@@ -218,17 +225,18 @@ def tolerance(
     header = ["output", "largest width", "without its uncertainty", "part of the width"]
     if reached:
         header += [f"tolerance for {percent_to_tenth(share)}", "part of the present one"]
+    # A row for each output, in display units.
     rows = []
     factors = result.display.data(tolerances)
     scale = result.display.scale(name)
     for output, (_, _, factor, size) in table.items():
-        width, least = (float(select(factors[k], output)) for k in ("width", "least_width"))
+        width, min_width = (float(select(factors[k], output)) for k in ("width", "least_width"))
         if output in still:
             rows.append([output or "response", CONSTANT, *[""] * (len(header) - 2)])
             continue
-        least_share = percent_to_tenth(least / width)
+        least_share = percent_to_tenth(min_width / width)
         row = [f"{output or 'response'}{unit_of(select(factors, output))}"]
-        row += [*(number(v, scale=width) for v in (width, least)), least_share]
+        row += [*(number(v, scale=width) for v in (width, min_width)), least_share]
         if reached:
             unit = result.display.input_units().get(name, "")
             with_unit = f"{number(size * scale)} {unit}".rstrip()
@@ -261,23 +269,27 @@ def out_of_reach(name: str, share: float, table: dict[str, list[float]]) -> str:
         which = f"the error bar of {', '.join(lost)} does not become"
         if len(lost) > 1:
             which = f"the error bars of {', '.join(lost)} do not become"
-    least = percent_to_tenth(lost[narrowest]) + (f", of {narrowest}" if narrowest else "")
+    reachable_share = percent_to_tenth(lost[narrowest]) + (f", of {narrowest}" if narrowest else "")
     return (
         f"However small the tolerance of {name}, {which} as narrow as {percent_to_tenth(share)} of "
-        f"the present width. What can be reached is {least}; for less, narrow other inputs, too."
+        f"the present width. What can be reached is {reachable_share}; for less, narrow other "
+        "inputs, too."
     )
 
 
 def changes_of(surrogate: fb.Surrogate, texts: list[str]) -> dict[str, Any]:
     """Return narrower inputs; raise `InputError` if a text is none of the allowed forms."""
     changes: dict[str, Any] = {}
-    given: set[str] = set()
+    changed_names: set[str] = set()
     inputs = surrogate.space.inputs
     for text in texts:
         name, equals, value = text.partition("=")
         lower, dots, upper = value.partition("..")
+        # An option by its name, or else a number or two.
         if isinstance(option := inputs.get(name), RandomOption):
-            changes[name] = next((each for each in option.options if str(each) == value), value)
+            changes[name] = next(
+                (candidate for candidate in option.options if str(candidate) == value), value
+            )
             continue
         try:
             numbers = [float(lower), float(upper)] if dots else [float(value)]
@@ -286,9 +298,10 @@ def changes_of(surrogate: fb.Surrogate, texts: list[str]) -> dict[str, Any]:
         if not equals or not numbers:
             forms = "NAME=LOWER..UPPER, NAME=NUMBER, NAME.std=NUMBER or NAME.cv=NUMBER"
             raise InputError(f"a change must be {forms}; got {text!r}")
-        if name in given:
+        if name in changed_names:
             raise InputError(f"a change must be given once for {name}; got {text!r}")
-        given.add(name)
+        changed_names.add(name)
+        # A parameter of a distribution, or a whole input.
         owner, _, parameter = name.rpartition(".")
         uncertain_input: Any = inputs.get(owner)
         own_fields = fields(uncertain_input) if is_dataclass(uncertain_input) else ()
@@ -321,8 +334,8 @@ def narrowed_by(name: str, uncertain_input: Any, names: Sequence[str]) -> str:
         )
         return f"{kind} with parameters that are intervals, which are narrowed by {ends}"
     if isinstance(uncertain_input, fb.Distribution):
-        each = " or ".join(f"{name}.{field}=NUMBER" for field in names)
-        return f"{kind}, which is narrowed by {each}; {fixed}"
+        forms = " or ".join(f"{name}.{field}=NUMBER" for field in names)
+        return f"{kind}, which is narrowed by {forms}; {fixed}"
     if isinstance(uncertain_input, fb.RandomField):
         return f"{kind}, which is narrowed by its standard deviation alone, {name}.std=NUMBER"
     return f"{kind}, which is narrowed by its two ends, {name}=LOWER..UPPER; {fixed}"

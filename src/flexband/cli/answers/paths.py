@@ -44,12 +44,16 @@ def path(
         regions = fb.analysis.path(
             result.surrogate, x, y, sigmas=k, probability=probability, directions=directions
         )  # fmt: skip
-    shown = result.display.data(regions)
-    radius = shown["radius"]
+    display_regions = result.display.data(regions)
+    radius = display_regions["radius"]
     widest = int(np.argmax(radius.values))
     last = str(radius.dims[0])
     at = float(regions[last][widest]) if last in regions.coords else float(widest)
-    error = float(shown["expected_error"].max()) if "expected_error" in shown else None
+    error = (
+        float(display_regions["expected_error"].max())
+        if "expected_error" in display_regions
+        else None
+    )
     about = {"sigmas": k} if probability is None else {"probability": probability}
     content = {"largest_radius": float(radius[widest]), "at": at, "expected_error": error}
     unit = f" {radius.attrs['units']}" if "units" in radius.attrs else ""
@@ -66,5 +70,5 @@ def path(
         text=f"{text}{remark}",
         name="path",
         data=regions,
-        figure=lambda: path_figure(shown),
+        figure=lambda: path_figure(display_regions),
     )

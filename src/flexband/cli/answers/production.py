@@ -98,8 +98,8 @@ def yield_table(production: xr.Dataset) -> Table:
         ends = [part] if "bound" not in part.dims else [part.isel(bound=b) for b in range(2)]
         rows.append([name, *map(yield_cell, ends)])
     column = "yield (95 % confidence)"
-    several = ["best options", "worst options"]
-    heads = [column] if "bound" not in production.dims else [f"{column}, {s}" for s in several]
+    option_cases = ["best options", "worst options"]
+    heads = [column] if "bound" not in production.dims else [f"{column}, {s}" for s in option_cases]
     return ["requirement", *heads], rows
 
 
@@ -132,8 +132,8 @@ def _scatter(form: str, interval: Any) -> Any:
         return fb.Uniform(lower, upper)
     if form == "triangular":
         return fb.Triangular(lower, (lower + upper) / 2, upper)
-    cp, *more = form.split(":")
-    if len(more) not in (0, 2):
+    cp, *cpk_and_side = form.split(":")
+    if len(cpk_and_side) not in (0, 2):
         raise ValueError
-    side = {"cpk": float(more[0]), "side": more[1]} if more else {}
+    side = {"cpk": float(cpk_and_side[0]), "side": cpk_and_side[1]} if cpk_and_side else {}
     return fb.analysis.Capability(cp=float(cp), **side)

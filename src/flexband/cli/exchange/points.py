@@ -47,9 +47,9 @@ def export_points(
     import-results` records their results; then this command writes the next points, with exit
     status 4, or the bands, with exit status 0, once the method has all the runs that it needs.
     """
-    given = {name: value for name, value in values.items() if value is not None}
+    method_options = {name: value for name, value in values.items() if value is not None}
     with usage():
-        plan = Plan(str(file.resolve()), method, given, sigmas, verify, failed)
+        plan = Plan(str(file.resolve()), method, method_options, sigmas, verify, failed)
     response_elsewhere(plan.study())
     run_plan(plan, output, plan.options())
 
@@ -87,8 +87,10 @@ def import_results(
                 new += 1
     failed = sum(result.values is None for result in point_results)
     text = f"{are(new, 'run')} recorded, {failed} of {len(point_results)} failed"
-    known = f"; {len(point_results) - new} were recorded before" if new < len(point_results) else ""
-    print_text(f"{text}{known}. `flexband resume {folder}` goes on")
+    earlier_runs = (
+        f"; {len(point_results) - new} were recorded before" if new < len(point_results) else ""
+    )
+    print_text(f"{text}{earlier_runs}. `flexband resume {folder}` goes on")
 
 
 def response_elsewhere(study: Study) -> Any:

@@ -162,8 +162,8 @@ class Canvas:
     def _is_apart(self, places: np.ndarray, shape: Shape) -> bool:
         """Return whether places [m] are far enough from each other to draw a shape at each."""
         distances = np.hypot(*np.diff(places, axis=0).T)
-        least = shape.spacing * self.unit * len(distances)
-        return not shape.spacing or least <= distances.sum()
+        min_distance = shape.spacing * self.unit * len(distances)
+        return not shape.spacing or min_distance <= distances.sum()
 
     def draw_name(self, name: Name) -> None:
         """Add a name; without a place, a note."""

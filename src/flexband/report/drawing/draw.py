@@ -57,9 +57,9 @@ def draw(
         check_instance("axes", axes, Axes, "axes of matplotlib")
 
     def surface_for(extremes: np.ndarray) -> tuple[MatplotlibSurface, Sheet]:
-        sheet, chosen = _layout(extremes, axes)
-        chosen.update_datalim(sheet.box)  # keeps space for the names
-        return MatplotlibSurface(chosen), sheet
+        sheet, sheet_axes = _layout(extremes, axes)
+        sheet_axes.update_datalim(sheet.box)  # keeps space for the names
+        return MatplotlibSurface(sheet_axes), sheet
 
     drawn = draw_on(surface_for, mechanism, sample, names=names, dimensions=dimensions).axes
     drawn.margins(0.0)

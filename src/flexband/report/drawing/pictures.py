@@ -52,6 +52,7 @@ def fields_picture(fields: Mapping[str, Field], along: Mapping[str, str]) -> str
     margins = 60.0, 14.0  # [pt]: left, right
     parts: list[str] = []
     for name, field in fields.items():
+        # Axes that all lines fit into, with some space above and below.
         x, realizations, lines, key = field_series(field, 201)
         low = np.min([*realizations, *lines])
         high = np.max([*realizations, *lines])
@@ -64,6 +65,7 @@ def fields_picture(fields: Mapping[str, Field], along: Mapping[str, str]) -> str
             axes.line(np.stack([x, values], 1), Line(width=0.9))
         if lines:
             axes.above(key, 8.0, is_key=True)
+        # The field in words, and the picture below those of the fields before.
         title = textwrap.wrap(field.summary, 60)
         for k, text in enumerate(reversed(title)):
             axes.above(text, 8.0 + 14.0 * (k + bool(lines)))

@@ -41,12 +41,12 @@ class Sheet(NamedTuple):
 def sheet_for(extremes: np.ndarray, space: np.ndarray | None = None) -> Sheet:
     """Return a sheet for extremes (2, 2) [m] and symbols, as large as needed or as `space` [pt]."""
     smallest, largest = POINTS_PER_INCH * np.array([[2.5, 1.8], [8.0, 6.0]])
-    most = largest - BEFORE - AFTER if space is None else space
-    margin = min(60.0, 0.2 * most.min())
+    max_size = largest - BEFORE - AFTER if space is None else space
+    margin = min(60.0, 0.2 * max_size.min())
     lowest, highest = extremes
-    unit = ((highest - lowest) / (most - 2 * margin)).max() or 1.0 / POINTS_PER_INCH
-    needed = np.maximum((highest - lowest) / unit + 2 * margin, smallest)
-    size = needed if space is None else space
+    unit = ((highest - lowest) / (max_size - 2 * margin)).max() or 1.0 / POINTS_PER_INCH
+    natural_size = np.maximum((highest - lowest) / unit + 2 * margin, smallest)
+    size = natural_size if space is None else space
     middle = (lowest + highest) / 2
     half = unit * size / 2
     return Sheet(np.array([middle - half, middle + half]), unit, size)
@@ -66,8 +66,8 @@ def draw_on(
     first = sketch_mechanism(scene, tracks)
     surface, (box, unit, _) = surface_for(extent(first, *tracks.at_start(scene.start)))
     sketch = sketch_mechanism(scene, tracks, unit, gaps=48)
-    placed = tracks.at_start(scene.start)
-    canvas = Canvas(surface, box, unit, *placed, names=names, dimensions=dimensions)
+    start_tracks = tracks.at_start(scene.start)
+    canvas = Canvas(surface, box, unit, *start_tracks, names=names, dimensions=dimensions)
     canvas.draw(sketch)
     write(canvas)
     return surface

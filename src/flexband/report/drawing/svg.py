@@ -44,9 +44,9 @@ class SvgAxes:
                 lettering = Lettering(mark.color, italic=True, size=mark.size, layer=mark.layer)
                 self._write(x, y, "f", lettering)
             else:
-                turned = f"rotate({45 * (mark.marker == 'diamond')} {x} {y})"
+                rotation = f"rotate({45 * (mark.marker == 'diamond')} {x} {y})"
                 square = _box(x - half, y - half, mark.size, mark.size)
-                self._add(mark.layer, "rect", square | {"transform": turned} | look)
+                self._add(mark.layer, "rect", square | {"transform": rotation} | look)
 
     def text(self, place: np.ndarray, text: str, lettering: Lettering) -> None:
         x, y = self._in_points(place).tolist()
@@ -142,11 +142,11 @@ def svg_address(width: float, height: float, parts: Sequence[str]) -> str:
     return f"data:image/svg+xml;base64,{b64encode(text.encode()).decode()}"
 
 
-def ticks(low: float, high: float, most: int) -> np.ndarray:
-    """Return round numbers from `low` to `high`, as multiples of their distance, about `most`."""
-    least = (high - low) / most
-    power = 10.0 ** np.floor(np.log10(least))
-    step = power * next(k for k in (1.0, 2.0, 2.5, 5.0, 10.0) if k * power >= least * (1 - 1e-9))
+def ticks(low: float, high: float, count: int) -> np.ndarray:
+    """Return about `count` round numbers from `low` to `high`, multiples of their distance."""
+    min_step = (high - low) / count
+    power = 10.0 ** np.floor(np.log10(min_step))
+    step = power * next(k for k in (1.0, 2.0, 2.5, 5.0, 10.0) if k * power >= min_step * (1 - 1e-9))
     return step * np.arange(np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1)
 
 

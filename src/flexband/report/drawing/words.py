@@ -33,7 +33,7 @@ def _write_dimension(canvas: Canvas, dimension: Dimension) -> bool:
     slopes = np.gradient(points, axis=0)
     slopes /= np.linalg.norm(slopes, axis=1)[:, None]
     normals = np.stack([-slopes[:, 1], slopes[:, 0]], axis=1)
-    offsets = [beside + away * canvas.unit for away in dimension_distances]
+    offsets = [beside + distance * canvas.unit for distance in dimension_distances]
     lines = [points + side * offset * normals for offset in offsets for side in (1, -1)]
     ink = canvas.all_ink()[::3]
     best = lines[int(np.argmin([_near(canvas, ink, line) + k for k, line in enumerate(lines)]))]
@@ -56,8 +56,10 @@ def _write_dimension(canvas: Canvas, dimension: Dimension) -> bool:
 
 def _near(canvas: Canvas, ink: np.ndarray, line: np.ndarray) -> int:
     """Return how many points of ink are near a line."""
-    apart = ink[:, None] - canvas.dense(line)[None, ::4]
-    return int((np.hypot(apart[..., 0], apart[..., 1]).min(axis=1) < 9.0 * canvas.unit).sum())
+    differences = ink[:, None] - canvas.dense(line)[None, ::4]
+    return int(
+        (np.hypot(differences[..., 0], differences[..., 1]).min(axis=1) < 9.0 * canvas.unit).sum()
+    )
 
 
 def _refined(line: np.ndarray) -> np.ndarray:
@@ -107,9 +109,9 @@ def _write_label(canvas: Canvas, label: Label, boxes: list[tuple[np.ndarray, np.
     centre = centres[best]
     boxes.append((centre, size))
     if distance > leader_distance:
-        near = np.clip(label.place, centre - size / 2, centre + size / 2)
+        anchor = np.clip(label.place, centre - size / 2, centre + size / 2)
         canvas.line(
-            np.array([label.place, near]), Line(strokes=(), color="length", width=0.5, layer=2.0)
+            np.array([label.place, anchor]), Line(strokes=(), color="length", width=0.5, layer=2.0)
         )
     canvas.surface.text(centre, label.text, label.lettering)
 

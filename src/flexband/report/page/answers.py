@@ -55,8 +55,8 @@ def answers_in(folder: Path, display: Display) -> tuple[list[Answer], LimitCheck
         "the others is drawn again from close by, with dots at the output times"
     )
     usable, unusable = read_answers(folder, (*TITLES, "limits", "probability", "yield"))
-    shown = {k: display.data(answer) for k, answer in usable.items() if k != "parts"}
-    usable = {**usable, **shown}  # a table of parts has a unit in each row
+    display_answers = {k: display.data(answer) for k, answer in usable.items() if k != "parts"}
+    usable = {**usable, **display_answers}  # a table of parts has a unit in each row
     limits = usable.get("limits")
     probability = usable.get("probability")
     answers = [_part(folder, k, title, usable[k]) for k, title in TITLES.items() if k in usable]
@@ -193,20 +193,20 @@ def derived_table(bands: xr.Dataset) -> Table:
 
 
 def limits_table(
-    checked: xr.Dataset,
+    margins: xr.Dataset,
     probability: xr.Dataset | None = None,
     production: xr.Dataset | None = None,
 ) -> Table:
     """Return one row per limit: worst case, probability of leaving it, and yield."""
     header = ["limit", "worst case", "least margin", "its expected error"]
-    every: Any = next(r for r in (probability, production, checked) if r is not None)
+    all_limits: Any = next(r for r in (probability, production, margins) if r is not None)
     if probability is not None:
         header += ["probability, lower (95 % confidence)", "upper"]
     rows = []
-    for k, name in enumerate(every["limit"].values.tolist()):
+    for k, name in enumerate(all_limits["limit"].values.tolist()):
         row = [name, "", "", ""]
-        if k < checked.sizes["limit"]:
-            limit = checked.isel(limit=k)
+        if k < margins.sizes["limit"]:
+            limit = margins.isel(limit=k)
             unit = f" {limit['unit'].values}" if str(limit.coords.get("unit", "")) else ""
             margin = number(limit["least_margin"]), number(limit["least_margin_error"], 2)
             row = [name, str(limit["verdict"].values), *(f"{text}{unit}" for text in margin)]

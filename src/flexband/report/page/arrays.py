@@ -24,11 +24,11 @@ def pack(values: ArrayLike, quantum: float | None = None) -> JsonRecord:
     kind = "<f8"
     if quantum:
         with np.errstate(over="ignore", invalid="ignore"):
-            whole = np.rint(array / quantum)
-        largest = np.abs(whole).max(initial=0.0)
+            multiples = np.rint(array / quantum)
+        largest = np.abs(multiples).max(initial=0.0)
         if largest < 2**31:  # not NaN either
             kind = "<i2" if largest < 2**15 else "<i4"
-            array = whole.astype(kind)
+            array = multiples.astype(kind)
             record = record | {"quantum": quantum}
     size = array.dtype.itemsize
     planes = array.view(np.uint8).reshape(-1, size).T if array.size else array

@@ -38,17 +38,17 @@ def chart_data(
 
     `nominal` has the dims (output, time); `units` are those of inputs, by name.
     """
-    free = [str(d) for d in bands["mean"].dims if d not in ("output", "bound")]
-    if len(free) != 1 or bands.sizes[free[0]] < 2:
+    domain_dims = [str(d) for d in bands["mean"].dims if d not in ("output", "bound")]
+    if len(domain_dims) != 1 or bands.sizes[domain_dims[0]] < 2:
         return None
-    x = bands[free[0]]
+    x = bands[domain_dims[0]]
     if x.dtype.kind not in "iuf" or not np.all(np.diff(x.values) > 0):
         return None
     inputs = [str(k) for k in bands["input"].values] if "input" in bands.dims else []
     return {
         "x": {
-            "name": free[0],
-            "unit": unit_of_variable(x, "s" if free[0] == "time" else ""),
+            "name": domain_dims[0],
+            "unit": unit_of_variable(x, "s" if domain_dims[0] == "time" else ""),
             "values": pack(x.values),
         },
         "bar": f"μ ± {deviations(bands)}",
@@ -95,11 +95,11 @@ def _output(
         chart["nominal"] = pack(values, quantum)
         chart["narrow"] = bool(width < narrow * np.ptp(values))
     if contributions is not None and name in outputs_of(contributions["width"]):
-        each = select(contributions, name)["contribution"]
+        contribution = select(contributions, name)["contribution"]
         coarse = 100 * DIGITS * width or None
         chart["contributions"] = {
             "names": [str(k) for k in contributions["name"].values],
-            "values": pack(each.transpose("name", ...).values, coarse),
+            "values": pack(contribution.transpose("name", ...).values, coarse),
             "width": pack(series(contributions["width"], name)[1], coarse),
         }
     if limits is not None:
@@ -118,8 +118,8 @@ def _margins(limits: xr.Dataset | None) -> JsonRecord | None:
         pairs = zip(limits["limit"].values, limits[kind].values, strict=True)
         return {str(name): float(value) for name, value in pairs if np.isfinite(value)}
 
-    least = {"least": of_limits("least_margin"), "at": of_limits("least_margin_at")}
-    return {"sigmas": float(BandRecord.read(limits).sigmas), **least}
+    least_margins = {"least": of_limits("least_margin"), "at": of_limits("least_margin_at")}
+    return {"sigmas": float(BandRecord.read(limits).sigmas), **least_margins}
 
 
 def _limits(limits: xr.Dataset, output_bands: xr.Dataset, name: str) -> list[JsonRecord]:
@@ -151,14 +151,14 @@ def numbers(bands: xr.Dataset, *, max_rows: int = 25) -> list[tuple[str, Table]]
     titled_tables = []
     for name in outputs_of(bands["mean"]):
         output_bands = select(bands, name)
-        (free,) = (d for d in output_bands["mean"].dims if d != "bound")
-        last = output_bands.sizes[free] - 1
-        some = output_bands.isel({free: np.unique(np.linspace(0, last, max_rows).astype(int))})
-        some = some.dropna(free, subset=["mean"])  # those past the horizon
+        (dim,) = (d for d in output_bands["mean"].dims if d != "bound")
+        last = output_bands.sizes[dim] - 1
+        some = output_bands.isel({dim: np.unique(np.linspace(0, last, max_rows).astype(int))})
+        some = some.dropna(dim, subset=["mean"])  # those past the horizon
         error = next((some[k].values for k in ERRORS if k in some), None)
-        columns = [some[free].values]
-        columns += [row for k in ("mean", "error_bar") for row in some[k].transpose("bound", free)]
-        header = [str(free), "lowest mean", "highest mean", "bar from", "to"]
+        columns = [some[dim].values]
+        columns += [row for k in ("mean", "error_bar") for row in some[k].transpose("bound", dim)]
+        header = [str(dim), "lowest mean", "highest mean", "bar from", "to"]
         if error is not None:
             columns = [*columns, error]
             header = [*header, "expected error"]

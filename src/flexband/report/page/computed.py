@@ -10,10 +10,12 @@ from flexband.report.page.arrays import JsonRecord
 from flexband.uncertainty.surrogates.bands import BandRecord
 
 
-def heading(given: JsonRecord, bands: xr.Dataset) -> str:
+def heading(page_record: JsonRecord, bands: xr.Dataset) -> str:
     """Return the line below the title: method, runs, date."""
     runs = number_of(BandRecord.read(bands).runs, "run")
-    return " · ".join(filter(None, [given["label"], runs, given["computed"].get("date", "")]))
+    return " · ".join(
+        filter(None, [page_record["label"], runs, page_record["computed"].get("date", "")])
+    )
 
 
 def scatter_of(production: xr.Dataset | None) -> str:
@@ -22,14 +24,14 @@ def scatter_of(production: xr.Dataset | None) -> str:
 
 
 def computed_rows(
-    given: JsonRecord, bands: xr.Dataset, limits: xr.Dataset | None
+    page_record: JsonRecord, bands: xr.Dataset, limits: xr.Dataset | None
 ) -> list[tuple[str, str]]:
     """Return what the last table of a report says, by name."""
     record = BandRecord.read(bands)
     worst = 0 if limits is None else BandRecord.read(limits).runs
     rows = [
-        *given["computed"].items(),
-        ("method", record.method or given["label"]),
+        *page_record["computed"].items(),
+        ("method", record.method or page_record["label"]),
         ("runs", runs_in_words(record, worst)),
         ("discretization", record.discretization),
         ("versions", record.versions),

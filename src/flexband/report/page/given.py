@@ -52,8 +52,8 @@ def given_by(
     # Mean times [s] of a run from which on the motion is shown without samples of the
     # inputs, and not at all: the mechanism is simulated again for it. In a study in which
     # the engine is compiled, a run takes less than the mean
-    slow = 3.0
-    very_slow = 60.0
+    sampling_limit = 3.0
+    motion_limit = 60.0
     fields = {k: i for k, i in inputs.items() if isinstance(i, Field) and i.domain is not None}
     data: JsonRecord = {
         "question": _docstring(file),
@@ -78,8 +78,8 @@ def given_by(
         _add(data, "drawing", "The mechanism", lambda: mechanism_picture(mechanism()))
         _add(data, "description", "The mechanism", lambda: _in_words(mechanism()))
         takes = f"since a run takes {seconds:.2g} s on average."
-        if seconds < very_slow:
-            samples = SAMPLES if seconds < slow else 0
+        if seconds < motion_limit:
+            samples = SAMPLES if seconds < sampling_limit else 0
             data["motion"], remarks = study_motion(study, surrogate, samples=samples)
             nominal = f"The motion is the nominal one, without samples of the inputs, {takes}"
             data["hidden"] += [*remarks, *[nominal] * (data["motion"] is not None and not samples)]
@@ -100,11 +100,11 @@ def study_motion(
     remarks = []
     if not isinstance(response, SensorResponse):
         return motion_data(response, Space({}))
-    chosen = {
+    first_options = {
         name: _shown_option(choice) for name, choice in inputs.items() if isinstance(choice, Choice)
     }
-    if chosen:
-        options = ", ".join(f"{name} = {option}" for name, option in chosen.items())
+    if first_options:
+        options = ", ".join(f"{name} = {option}" for name, option in first_options.items())
         remarks = [f"The animation is that of {options}."]
     if surrogate is None:
         space = Space(first_case(study.located().inputs))
@@ -115,8 +115,8 @@ def study_motion(
     if isinstance(study.response, OverOutput):
         with without_warnings():
             course = study.response.course(**space.arguments_at(*space.nominal()))
-    motion, more = motion_data(response, space, samples=samples, course=course)
-    return motion, [*remarks, *more]
+    motion, motion_remarks = motion_data(response, space, samples=samples, course=course)
+    return motion, [*remarks, *motion_remarks]
 
 
 def _shown_option(choice: Choice) -> str | float:

@@ -24,13 +24,13 @@ from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Space
 
 
-def inputs_table(given: Mapping[str, Any], display: Display) -> Table:
+def inputs_table(inputs: Mapping[str, Any], display: Display) -> Table:
     """Return one row per input: its name, its kind, what is known of it, and its unit if any."""
     units = display.input_units()
     header = ["input", "kind", "what is known of it", *["unit"] * bool(units)]
-    rows = [[name, *_known_in(display, name, input_)] for name, input_ in given.items()]
+    rows = [[name, *_known_in(display, name, input_)] for name, input_ in inputs.items()]
     if units:
-        rows = [[*row, _unit(row[0], given[row[0]], units)] for row in rows]
+        rows = [[*row, _unit(row[0], inputs[row[0]], units)] for row in rows]
     return header, rows
 
 
@@ -70,8 +70,8 @@ def with_shares(table: Table, contributions: xr.Dataset | None) -> Table:
 def mean_share_text(contributions: xr.Dataset) -> str:
     """Return over what the shares of inputs are means, in words after a comma; "" if over none."""
     mean = contributions["mean_share"].dims
-    every = contributions["contribution"].dims
-    return f", mean over {every[-1]}" if len(mean) < len(every) else ""
+    all_dims = contributions["contribution"].dims
+    return f", mean over {all_dims[-1]}" if len(mean) < len(all_dims) else ""
 
 
 def _matters(share: xr.DataArray) -> str:

@@ -22,10 +22,10 @@ def p_boxes(surrogate: AnySurrogate, bands: xr.Dataset, count: int) -> xr.Datase
     """
     samples = 1024  # of the random inputs
     first_surrogate = next(iter(surrogates_of(surrogate).values()))
-    free = [str(d) for d in bands["mean"].dims if d not in ("output", "bound")]
-    if not first_surrogate.space.random_dimension or len(free) != 1:
+    domain_dims = [str(d) for d in bands["mean"].dims if d not in ("output", "bound")]
+    if not first_surrogate.space.random_dimension or len(domain_dims) != 1:
         return None
-    (dim,) = free
+    (dim,) = domain_dims
     bar = bands["error_bar"].transpose("bound", ..., dim).values
     widest = np.unique(np.argmax(bar[1] - bar[0], axis=-1))
     regular = np.linspace(0, bands.sizes[dim] - 1, count).round().astype(int)

@@ -17,11 +17,11 @@ from flexband.study.results.netcdf import RESTORED
 from flexband.study.results.reliability import Doubt
 
 
-def write_given(folder: Path, given: JsonRecord) -> None:
+def write_given(folder: Path, page_record: JsonRecord) -> None:
     """Write page.json, with `doubts` and checksums `signed` of results, into a folder."""
-    doubts = [doubt.as_json() for doubt in given["doubts"]]
-    unchecked = [verdict.as_json() for verdict in given["unchecked"]]
-    content = {**given, "doubts": doubts, "unchecked": unchecked, "numbering": NUMBERING}
+    doubts = [doubt.as_json() for doubt in page_record["doubts"]]
+    unchecked = [verdict.as_json() for verdict in page_record["unchecked"]]
+    content = {**page_record, "doubts": doubts, "unchecked": unchecked, "numbering": NUMBERING}
     write_json(folder / FileName.PAGE, content)
 
 
@@ -36,21 +36,21 @@ def list_shown(folder: Path, files: Iterable[Path] | None = None) -> None:
     except (OSError, ValueError):  # there is no page, or `read_given` tells
         return
     if files is None:
-        shown = answer_files(folder, read_answers(folder).usable)
+        page_files = answer_files(folder, read_answers(folder).usable)
         unchanged = {}
     else:
         before = content.get("shown", {})
-        shown = [each for each in files if each.name in before]
-        names = {each.name for each in shown}
+        page_files = [path for path in files if path.name in before]
+        names = {path.name for path in page_files}
         unchanged = {name: signed for name, signed in before.items() if name not in names}
-    there = [each for each in shown if each.is_file()]
+    there = [path for path in page_files if path.is_file()]
     content["shown"] = {**unchanged, **StudyFolder(folder).signed(there)}
     write_json(file, content)
 
 
-def check_shown(folder: Path, given: JsonRecord) -> None:
+def check_shown(folder: Path, page_record: JsonRecord) -> None:
     """Raise `InputError` if an answer or a picture that the page shows is missing or altered."""
-    for name, checksum in given.get("shown", {}).items():
+    for name, checksum in page_record.get("shown", {}).items():
         if StudyFolder(folder).has({name: checksum}):
             continue
         what = "is not as written" if (folder / name).exists() else "is missing"
@@ -80,21 +80,21 @@ def read_given(folder: Path) -> JsonRecord:
     """Return what page.json has, or nothing; raise `InputError` if outdated or not as written."""
     file = folder / FileName.PAGE
     try:
-        given = read_json(file)
+        page_record = read_json(file)
     except FileNotFoundError:
         return {}
     except (OSError, ValueError):
         raise InputError(f"{file} is not as written; {RESTORED}") from None
     try:
-        given["doubts"] = [Doubt.from_json(content) for content in given["doubts"]]
-        unchecked = map(RequirementVerdict.from_json, given["unchecked"])
-        given["unchecked"] = list(unchecked)
+        page_record["doubts"] = [Doubt.from_json(content) for content in page_record["doubts"]]
+        unchecked = map(RequirementVerdict.from_json, page_record["unchecked"])
+        page_record["unchecked"] = list(unchecked)
     except (ValueError, KeyError, TypeError):
         older = "was written by an older version of flexband"
         raise InputError(f"{file} {older}; {RESTORED}") from None
-    check_numbering(str(file), given.pop("numbering", None))
-    for name, checksum in given["signed"].items():
+    check_numbering(str(file), page_record.pop("numbering", None))
+    for name, checksum in page_record["signed"].items():
         there = (folder / name).exists()
         if there and not StudyFolder(folder).has({name: checksum}):
             raise InputError(f"{folder / name} is not as written; {RESTORED}")
-    return given
+    return page_record

@@ -45,19 +45,19 @@ def path_data(tube: xr.Dataset | None, display: Display) -> JsonRecord | None:
     max_regions = 400  # that are drawn
     if tube is None or tube["radius"].ndim != 1:
         return None
-    (free,) = tube["radius"].dims
-    step = max(1, -(-tube.sizes[free] // max_regions))
-    some = {free: slice(None, None, step)}
+    (dim,) = tube["radius"].dims
+    step = max(1, -(-tube.sizes[dim] // max_regions))
+    some = {dim: slice(None, None, step)}
     radius = float(tube["radius"].max())
     quantum = digits * radius or None
     vertices = np.stack(
-        [tube[name].isel(some).transpose(free, "vertex").values for name in "xy"], axis=1
+        [tube[name].isel(some).transpose(dim, "vertex").values for name in "xy"], axis=1
     )
     return {
         "names": [str(tube[name].attrs["output"]) for name in "xy"],
         "unit": unit_of_variable(tube["x"]),
         "bar": f"μ ± {deviations(tube)}" if "sigmas" in tube.attrs else "a part of the samples",
-        "places": pack(tube[free].isel(some).values if free in tube.coords else np.arange(0)),
+        "places": pack(tube[dim].isel(some).values if dim in tube.coords else np.arange(0)),
         "nominal": pack([tube[f"{name}_nominal"].values for name in "xy"], quantum),
         "step": step,
         "reach": pack(tube["radius"].values, quantum),

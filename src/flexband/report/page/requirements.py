@@ -37,8 +37,12 @@ def judged_requirements(
     return JudgedRequirements(
         met=worst_of(verdicts) is Verdict.PASS,
         lines=[
-            (str(each.verdict), verdict_text(each), list(map(remark_line, standing_remarks(each))))
-            for each in verdicts
+            (
+                str(verdict.verdict),
+                verdict_text(verdict),
+                list(map(remark_line, standing_remarks(verdict))),
+            )
+            for verdict in verdicts
         ],
         other_remarks=list(map(remark_line, untouched_by(verdicts, remarks))),
     )

@@ -36,16 +36,16 @@ HELD = (
 
 def write_report(
     folder: Path,
-    given: JsonRecord,
+    page_record: JsonRecord,
     bands: xr.Dataset,
-    checked: xr.Dataset | None = None,
+    verification: xr.Dataset | None = None,
     contributions: xr.Dataset | None = None,
     surrogate: AnySurrogate | None = None,
 ) -> Path:
     """Write report.html with a folder's answers; return its path.
 
-    `given` is what `given_by` returns, with `title`; `label` of the method; `computed`, command,
-    date and the like by name; `remarks`; and `doubts`, why the result is not what was asked for.
+    `page_record` is what `given_by` returns, with `title`; `label` of the method; `computed`, such
+    as command and date by name; `remarks`; and `doubts`, why the result is not what was asked for.
     """
     # The last starts all parts, however long a browser pauses between two scripts
     scripts = (
@@ -55,7 +55,7 @@ def write_report(
         *what_if.SCRIPTS,
         "start.js",
     )  # fmt: skip
-    display = Display(given.get("display_units", {}), given.get("units", {}))
+    display = Display(page_record.get("display_units", {}), page_record.get("units", {}))
     answers, check = answers_in(folder, display)
     limits = None
     probability = None
@@ -66,47 +66,47 @@ def write_report(
         production = check.production
     raw = bands
     bands = display.data(bands)
-    checked, contributions = (
-        None if data is None else display.data(data) for data in (checked, contributions)
+    verification, contributions = (
+        None if data is None else display.data(data) for data in (verification, contributions)
     )
-    parts = read_answer(folder, "parts") if given.get("unpredictable") else None
-    uncertain = uncertain_ones(contributions if parts is None else None, given["inputs"])
+    parts = read_answer(folder, "parts") if page_record.get("unpredictable") else None
+    uncertain = uncertain_ones(contributions if parts is None else None, page_record["inputs"])
     predictable = tables.predictable_part(bands, parts)
     panel, fixed = what_if.what_if(surrogate, raw, display) if parts is None else (None, [HELD])
     time = tables.time_of(bands)
     nominal = nominal_of(surrogate)
     nominal = None if nominal is None else display.data(nominal)
-    held = tables.before_horizon(bands, time, parts)
+    bands_before_horizon = tables.before_horizon(bands, time, parts)
     if nominal is not None:
         nominal = tables.before_horizon(nominal, time, parts)
     if contributions is not None:
         contributions = tables.before_horizon(contributions, time, parts)
-    charts = chart_data(held, nominal, contributions, limits, display.input_units())
-    if charts and any(row[1] == "compensator" for row in given["inputs"][1]):
+    charts = chart_data(bands_before_horizon, nominal, contributions, limits, display.input_units())
+    if charts and any(row[1] == "compensator" for row in page_record["inputs"][1]):
         charts["limits"] = None  # margins are those after it is adjusted
-    judged = judged_requirements(check, given["unchecked"], bands, uncertain, checked)
+    judged = judged_requirements(check, page_record["unchecked"], bands, uncertain, verification)
     page = folder / FileName.REPORT
     write_page(
         page,
         "study.html.j2",
         scripts,
-        title=given["title"],
-        about=heading(given, bands),
+        title=page_record["title"],
+        about=heading(page_record, bands),
         title_block=[
-            (name, given["title_block"][field])
+            (name, page_record["title_block"][field])
             for field, name in FIELDS.items()
-            if field != "title" and given.get("title_block", {}).get(field)
+            if field != "title" and page_record.get("title_block", {}).get(field)
         ],
-        unreliable=why_unreliable(given["doubts"]),
-        doubts=given["doubts"] or not judged.met,
+        unreliable=why_unreliable(page_record["doubts"]),
+        doubts=page_record["doubts"] or not judged.met,
         requirements=judged.lines,
         run_remarks=judged.other_remarks,
-        verdict=verdict(given, bands, checked, uncertain, check),
-        drawing=given.get("drawing"),
-        description=given.get("description", ""),
-        question=given.get("question"),
-        inputs=with_shares(given["inputs"], uncertain),
-        bands=([], []) if predictable is None else tables.summary_table(predictable, checked),
+        verdict=verdict(page_record, bands, verification, uncertain, check),
+        drawing=page_record.get("drawing"),
+        description=page_record.get("description", ""),
+        question=page_record.get("question"),
+        inputs=with_shares(page_record["inputs"], uncertain),
+        bands=([], []) if predictable is None else tables.summary_table(predictable, verification),
         limits=limits_table(*check[:2], production) if check is not None else None,
         limits_of=tables.deviations(limits)
         if limits is not None and "sigmas" in limits.attrs
@@ -114,15 +114,15 @@ def write_report(
         limit_remarks=limit_remarks(probability),
         yield_of=scatter_of(production),
         charts=charts["x"]["name"] if charts else None,
-        numbers=numbers(held) if charts else [],
+        numbers=numbers(bands_before_horizon) if charts else [],
         answers=answers,
-        fields=given.get("fields"),
-        remarks=[*given["remarks"], *given["hidden"], *fixed],
-        definitions=definitions(bands, given["inputs"], limits, probability),
-        computed=computed_rows(given, bands, limits),
+        fields=page_record.get("fields"),
+        remarks=[*page_record["remarks"], *page_record["hidden"], *fixed],
+        definitions=definitions(bands, page_record["inputs"], limits, probability),
+        computed=computed_rows(page_record, bands, limits),
         data={
             "charts": charts,
-            "motion": given.get("motion"),
+            "motion": page_record.get("motion"),
             "what_if": panel,
             "path": path_data(read_answer(folder, "path"), display),
             "p_boxes": p_box_data(read_answer(folder, "p_boxes"), raw, display),

@@ -26,10 +26,10 @@ from flexband.study.results.result import StudyResult
 
 def uncertain_ones(contributions: xr.Dataset | None, inputs: tables.Table) -> xr.Dataset | None:
     """Return the contributions of inputs that are uncertain, and not chosen; None if none is."""
-    chosen = {row[0] for row in inputs[1] if row[1] in ("size", "compensator")}
+    design_inputs = {row[0] for row in inputs[1] if row[1] in ("size", "compensator")}
     if contributions is None:
         return None
-    keep = [name not in chosen for name in contributions["name"].values.astype(str)]
+    keep = [name not in design_inputs for name in contributions["name"].values.astype(str)]
     return contributions.isel(name=np.flatnonzero(keep)) if any(keep) else None
 
 
@@ -49,20 +49,20 @@ def head_of(result: StudyResult) -> dict[str, Any]:
 
 
 def verdict(
-    given: Mapping[str, Any],
+    page_record: Mapping[str, Any],
     bands: xr.Dataset,
-    checked: xr.Dataset | None,
+    verification: xr.Dataset | None,
     contributions: xr.Dataset | None,
     check: LimitCheck | None,
 ) -> list[str]:
     """Return what the first lines of the report say after the verdicts on requirements."""
-    doubts: Sequence[Doubt] = given["doubts"]
-    unpredictable = given.get("unpredictable", "")
+    doubts: Sequence[Doubt] = page_record["doubts"]
+    unpredictable = page_record.get("unpredictable", "")
     lines = [unpredictable] if unpredictable else [doubt_line(doubt) for doubt in doubts]
     if not unpredictable:
         lines.append(tables.error_in_words(bands))
-    if checked is not None and not unpredictable:
-        lines.append(tables.checked_in_words(checked))
+    if verification is not None and not unpredictable:
+        lines.append(tables.checked_in_words(verification))
     limits = None if check is None else check.margins
     if check is not None and check.probability is not None:
         last = check.probability.isel(limit=-1)  # of leaving any limit
@@ -73,8 +73,8 @@ def verdict(
             else f"The probability of leaving a limit at any time is {chance(last)}."
         )
     if check is not None and check.production is not None:
-        every = check.production.isel(limit=-1)  # all requirements
-        worst = every.isel(bound=-1) if "bound" in every.dims else every
+        joint_yield = check.production.isel(limit=-1)  # all requirements
+        worst = joint_yield.isel(bound=-1) if "bound" in joint_yield.dims else joint_yield
         share = share_in_words(worst, "all requirements")
         lines.append(f"Yield: {share}. {RANDOM_SAMPLES}.")
     if contributions is not None and not unpredictable:
@@ -87,8 +87,8 @@ def _extremes(margins: xr.Dataset) -> list[str]:
     sentences = []
     for k in range(margins.sizes["limit"]) if "run_value" in margins else ():
         limit = margins.isel(limit=k)
-        known = str(limit["unit"].values) if "unit" in limit.coords else ""
-        unit = str(limit["stated_unit"].values) or known
+        output_unit = str(limit["unit"].values) if "unit" in limit.coords else ""
+        unit = str(limit["stated_unit"].values) or output_unit
         sizes = (float(limit[name] / limit["stated_scale"]) for name in ("run_value", "run_bound"))
         value, bound = (with_unit(number(size), unit) for size in sizes)
         output = f" of {limit['output'].values}" if "output" in limit.coords else ""
@@ -155,10 +155,10 @@ def _for_limit(contributions: xr.Dataset, limits: xr.Dataset) -> str:
     others = "".join(
         f"; for {name}, it is {input_} ({tables.percent(part)})" for name, input_, part, _ in rest
     )
-    more = "; there are further limits" if len(margins) > MOST else ""
+    remark = "; there are further limits" if len(margins) > MOST else ""
     return (
         f"What matters most for the limit {limit} is {first}: without its uncertainty, the error "
-        f"bar would be {tables.percent(part)} narrower{where}{others}{more}."
+        f"bar would be {tables.percent(part)} narrower{where}{others}{remark}."
     )
 
 

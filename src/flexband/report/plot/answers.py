@@ -43,12 +43,12 @@ def contributions(
     """
     check_option("variable", variable, ("contribution", "shapley"))
     of = "contributions" if variable == "contribution" else "contributions with shapley=True"
-    each = variable_of("found", found, variable, of).transpose("name", ...)
+    shares = variable_of("found", found, variable, of).transpose("name", ...)
     width = variable_of("found", found, "width", "contributions")
     output = output_of(width, output)
     x, total = series(width, output)
-    stacked = [np.maximum(series(contribution, output)[1], 0.0) for contribution in each]
-    names = [literal(str(name)) for name in each["name"].values]
+    stacked = [np.maximum(series(contribution, output)[1], 0.0) for contribution in shares]
+    names = [literal(str(name)) for name in shares["name"].values]
     ax = axes_of(ax)
     if len(x) == 1:
         raise InputError("found must depend on time, or on another variable")
@@ -79,17 +79,19 @@ def probability(found: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     InputError
         If `found` is no result of `failure_probability`.
     """
-    each = variable_of("found", found, "at_each_time", "failure_probability")
-    if "bound" not in each.dims:
+    probabilities = variable_of("found", found, "at_each_time", "failure_probability")
+    if "bound" not in probabilities.dims:
         raise InputError("found must be a result of failure_probability; got one of allocate")
-    each = each.sel(bound="upper").transpose("limit", ...)
-    others = list(each.dims[1:-1])
-    largest = each.max(others) if others else each
+    probabilities = probabilities.sel(bound="upper").transpose("limit", ...)
+    others = list(probabilities.dims[1:-1])
+    largest = probabilities.max(others) if others else probabilities
     positive = largest.values[largest.values > 0]
-    least = max(LEAST, float(positive.min())) if positive.size else LEAST
+    smallest_positive = max(LEAST, float(positive.min())) if positive.size else LEAST
     ax = axes_of(ax)
     each_limit(ax, largest, largest.values)
-    ax.set_yscale("symlog", linthresh=10 ** np.floor(np.log10(min(least, 0.1))), linscale=0.4)
+    ax.set_yscale(
+        "symlog", linthresh=10 ** np.floor(np.log10(min(smallest_positive, 0.1))), linscale=0.4
+    )
     ax.set(ylim=(0, 1), ylabel="probability of being outside")
     for line in ax.lines:
         line.set_clip_on(False)  # lines at 0 and 1 are as thick as others

@@ -95,10 +95,12 @@ def errors(
         raise InputError("results must have a method besides the reference")
     output = output_of(compared[0].bands["mean"], output)
     ax = axes_of(ax)
+    # Numbers of runs that are written at the axis.
     labelled = []
     for count in sorted({result.runs for result in compared}):
         if not labelled or count > 1.25 * labelled[-1]:  # labels must not overlap
             labelled.append(count)
+    # A line for each class of methods.
     names = dict.fromkeys(result.method.name for result in compared)
     looks = zip(names, cycle(LINES[1:] + LINES[:1]), cycle(markers), strict=False)
     for name, look, marker in looks:

@@ -108,20 +108,20 @@ def derived_figure(bands: xr.Dataset) -> Figure:
     return figure
 
 
-def limits_figure(checked: xr.Dataset, probability: xr.Dataset | None = None) -> Figure:
+def limits_figure(margins: xr.Dataset, probability: xr.Dataset | None = None) -> Figure:
     """Draw the margins of limits by unit, again from close by if needed, and probabilities."""
-    units = checked["unit"].values if "unit" in checked.coords else np.array("")
-    units = np.broadcast_to(units.astype(str), checked.sizes["limit"])
-    groups = {u: checked.isel(limit=np.flatnonzero(units == u)) for u in dict.fromkeys(units)}
+    units = margins["unit"].values if "unit" in margins.coords else np.array("")
+    units = np.broadcast_to(units.astype(str), margins.sizes["limit"])
+    groups = {u: margins.isel(limit=np.flatnonzero(units == u)) for u in dict.fromkeys(units)}
     close = [unit for unit, limits in groups.items() if too_small_to_see(limits)]
     likely = is_likely(probability)
     figure, rows = _stacked_axes(len(groups) + len(close) + likely)
-    free = iter(rows)
+    row_iterator = iter(rows)
     for unit, limits in groups.items():
-        plot.margins(limits, ax=next(free)).sharex(rows[0])
+        plot.margins(limits, ax=next(row_iterator)).sharex(rows[0])
         if unit in close:
-            _closest(limits, next(free), str(unit))
-    title_above(rows[0], f"Margin: how far μ ± {deviations(checked)} is from the limit")
+            _closest(limits, next(row_iterator), str(unit))
+    title_above(rows[0], f"Margin: how far μ ± {deviations(margins)} is from the limit")
     if probability is not None and likely:
         plot.probability(probability, ax=rows[-1]).sharex(rows[0])
         title_above(rows[-1], "Probability of being outside at a time, at most")

@@ -49,8 +49,10 @@ def margins(found: xr.Dataset, *, closest: bool = False, ax: Axes | None = None)
     values = margin.transpose("limit", ...).values
     each_limit(ax, margin, values)
     if "binding_at" in found and margin.ndim == 2 and found["binding_at"].dtype.kind in "iuf":
-        free = {margin.dims[-1]: found["binding_at"]}
-        ax.plot(found["binding_at"], margin.min("limit").sel(free, method="nearest"), "k.")
+        binding_points = {margin.dims[-1]: found["binding_at"]}
+        ax.plot(
+            found["binding_at"], margin.min("limit").sel(binding_points, method="nearest"), "k."
+        )
     ax.axhline(0.0, color="0.5", linewidth=0.6)
     units = {str(u) for u in np.ravel(found["unit"].values)} if "unit" in found.coords else {""}
     unit = units.pop() if len(units) == 1 else ""
@@ -65,10 +67,10 @@ def margins(found: xr.Dataset, *, closest: bool = False, ax: Axes | None = None)
 def too_small_to_see(limits: xr.Dataset) -> bool:
     """Return whether the least margin over time cannot be told from zero beside the others."""
     # Part of the range of margins from which on the least one can be told from zero in a figure
-    seen = 0.03
+    visible_part = 0.03
     margin = limits["margin"].transpose("limit", ...).values
     values = margin[np.isfinite(margin)]
-    return margin.ndim == 2 and values.size > 0 and _scale(limits) < seen * np.ptp(values)
+    return margin.ndim == 2 and values.size > 0 and _scale(limits) < visible_part * np.ptp(values)
 
 
 def least_in_words(limits: xr.Dataset, unit: str = "") -> str:
@@ -77,9 +79,9 @@ def least_in_words(limits: xr.Dataset, unit: str = "") -> str:
     limit, place = _place(margin.values)
     last: Any = margin.dims[-1]
     scale = float(np.nanmax(abs(margin.values)))
-    least = _with_unit(number(margin.values[limit, place], scale=scale), unit)
+    margin_text = _with_unit(number(margin.values[limit, place], scale=scale), unit)
     at = _with_unit(number(margin[last].values[place]), unit_of_variable(margin[last]))
-    return f"{margin['limit'].values[limit]}: {least} at {last} {at}"
+    return f"{margin['limit'].values[limit]}: {margin_text} at {last} {at}"
 
 
 def _with_unit(text: str, unit: str | None) -> str:
@@ -129,11 +131,11 @@ def _closest(ax: Axes, limits: xr.Dataset, values: np.ndarray, unit: str) -> Non
     headroom = 8.0
     (limit, place), scale = _place(values), _scale(limits)
     x = limits[limits["margin"].transpose("limit", ...).dims[-1]].values
-    near = values[limit, max(place - min_near, 0) : place + min_near + 1]
-    top = max(values[limit, place] + headroom * scale, 1.1 * float(np.nanmax(near)))
-    far = np.flatnonzero(~(values[limit] <= top))
-    before = far[far < place]
-    after = far[far > place]
+    neighbours = values[limit, max(place - min_near, 0) : place + min_near + 1]
+    top = max(values[limit, place] + headroom * scale, 1.1 * float(np.nanmax(neighbours)))
+    above_top = np.flatnonzero(~(values[limit] <= top))
+    before = above_top[above_top < place]
+    after = above_top[above_top > place]
     first = before[-1] if before.size else 0
     last = after[0] if after.size else len(x) - 1
     bottom = min(values[limit, place], 0.0)

@@ -63,8 +63,8 @@ def label(axes: Axes, data: xr.DataArray, output: str, quantity: str = "{}") -> 
     unit = unit_of_variable(output_data)
     if "unit" in output_data.coords:
         unit = str(output_data["unit"].values)
-    named = quantity.format(literal(output)) if output else quantity.removesuffix(" of {}")
-    axes.set(ylabel=with_unit(named.replace("{}", ""), unit))
+    quantity_name = quantity.format(literal(output)) if output else quantity.removesuffix(" of {}")
+    axes.set(ylabel=with_unit(quantity_name.replace("{}", ""), unit))
     if last == "bound":
         axes.set(xticks=[])
     else:

@@ -169,10 +169,10 @@ def _add_guide(
     sketch.line(at(first, second), **AXIS)
     sketch.guides[name] = first, second, turn
     low, high = sketch.travel(name, joint, joint.axis)
-    rail, (length, height), (more, play) = LocalFrame(second, turn=turn), metres, points
+    rail, (length, height), (overhang, play) = LocalFrame(second, turn=turn), metres, points
     for side in (-1.0, 1.0):
-        start = (low - length, height * side, -more, play * side)
-        end = (high + length, height * side, more, play * side)
+        start = (low - length, height * side, -overhang, play * side)
+        end = (high + length, height * side, overhang, play * side)
         if body_of(joint.second):
             sketch.line(Stroke([rail], np.array([start, end])), layer=5.0)
         else:
@@ -297,7 +297,7 @@ def _add_bearings(sketch: Sketch, joint: PairJoint) -> None:
 def _outward(sketch: Sketch, joint: Joint, point: PointName) -> tuple[float, float]:
     """Return the direction from a point of the ground to the body that is held there."""
     place = sketch.scene.at(point)
-    held = sketch.scene.at(next(filter(None, map(body_of, joint.points)))) - place
-    if np.linalg.norm(held) <= 1e-9 * (1.0 + np.linalg.norm(place)):  # the body's own centre
+    direction = sketch.scene.at(next(filter(None, map(body_of, joint.points)))) - place
+    if np.linalg.norm(direction) <= 1e-9 * (1.0 + np.linalg.norm(place)):  # the body's own centre
         return 0.0, 1.0
-    return float(held[0]), float(held[1])
+    return float(direction[0]), float(direction[1])

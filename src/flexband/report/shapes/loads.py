@@ -205,8 +205,8 @@ def _(load: ForceLaw, sketch: Sketch, name: str) -> None:
     places = [sketch.scene.at(point) for point in load.points[:2]]
     spots = [in_points(LocalFrame(points[0]), [way]) for way in circle(18.0, 8)]
     if any(np.linalg.norm(place - places[0]) > 30.0 * sketch.unit for place in places):
-        between = LocalFrame(points[0], ends=(points[0], points[1]), shares=True)
-        spots = [Stroke([between], np.array([[0.5, 0.0, 0.0, 0.0]]))]
+        connection = LocalFrame(points[0], ends=(points[0], points[1]), shares=True)
+        spots = [Stroke([connection], np.array([[0.5, 0.0, 0.0, 0.0]]))]
     spot = sketch.freest(spots)
     for point in points:
         ends = Stroke([LocalFrame(point), *spot.frames], np.vstack([np.zeros(4), spot.vertices]))

@@ -55,8 +55,8 @@ class Scene:
         """Return the hull of a body's named points [m], (points, 2); of one, and the centre."""
         points = named_points(self.mechanism.bodies[name])
         places = np.array([self.at(f"{name}.{point}") for point in points])
-        named = hull(places[:-1])
-        return named if len(named) > 1 else hull(places)
+        outline = hull(places[:-1])
+        return outline if len(outline) > 1 else hull(places)
 
     def rack_line(self, rack: Rack) -> tuple[np.ndarray, np.ndarray]:
         """Return the ends [m] of a rack's pitch line, over its points and half the pinion."""

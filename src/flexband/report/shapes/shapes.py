@@ -54,9 +54,9 @@ class Stroke:
         along = vector / np.where(length > 0, length, 1.0)
         shares = np.reshape([f.shares for f in self.frames], (-1, *np.ones(position.ndim - 1, int)))
         size = np.where(shares, length, 1.0)
-        left = np.stack([-along[:, 1], along[:, 0]], axis=1)
+        normal = np.stack([-along[:, 1], along[:, 0]], axis=1)
         origin = position[[frame.origin for frame in self.frames]]
-        return origin + (size * x + unit * right) * along + (size * y + unit * up) * left
+        return origin + (size * x + unit * right) * along + (size * y + unit * up) * normal
 
 
 def at(*numbers: int) -> Stroke:

@@ -84,11 +84,11 @@ class Sketch:
 
     def freest(self, places: Sequence[Stroke]) -> Stroke:
         """Return the one of several places that is the farthest from the mechanism's points."""
-        placed = self.tracks.at_start(self.scene.start)
+        start_tracks = self.tracks.at_start(self.scene.start)
 
         def distance(place: Stroke) -> float:
-            (middle,) = place.places(*placed, self.unit)
-            return float(np.linalg.norm(placed[0] - middle, axis=1).mean())
+            (middle,) = place.places(*start_tracks, self.unit)
+            return float(np.linalg.norm(start_tracks[0] - middle, axis=1).mean())
 
         return max(places, key=distance)
 
@@ -200,8 +200,8 @@ def spring(
     last = (0.5 + half, 0.0, 0.0)
     vertices = [(0.0, 0.0, 0.0, 0.0), (*first, 0.0)]
     for part, shift in zip(parts, (lift, -lift), strict=False):
-        raised = [(a, b, x, y + shift) for a, b, x, y in part]
-        vertices += [(np.nan,) * 4, (*first, 0.0), (*first, shift), *raised, (*last, shift),
+        part_vertices = [(a, b, x, y + shift) for a, b, x, y in part]
+        vertices += [(np.nan,) * 4, (*first, 0.0), (*first, shift), *part_vertices, (*last, shift),
                      (*last, 0.0)]  # fmt: skip
     vertices += [(np.nan,) * 4, (*last, 0.0), (1.0, 0.0, 0.0, 0.0)]
     return Stroke([frame], np.array(vertices)), lift

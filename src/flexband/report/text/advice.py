@@ -15,11 +15,11 @@ from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.unconverged import INTEGRATION, why_not_finer
 
 
-def advice_on(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
+def advice_on(bands: xr.Dataset, verification: xr.Dataset | None = None) -> list[str]:
     """Return why an accuracy is missed and what to do, or a vibration that the start excites."""
     attrs = bands.attrs
     lines = list[str]()
-    reasons = shortfalls(bands, checked)
+    reasons = shortfalls(bands, verification)
     if Shortfall.RINGING not in reasons and of_attributes(attrs):
         lines.append(_ringing_text(attrs))
     for reason in reasons:
@@ -33,17 +33,17 @@ Attributes = Mapping[str, Any]
 
 
 def _of_expansion(attrs: Attributes) -> str:
-    more = "allow more runs (--max-runs)"
-    return f"{_unmet(attrs)} NOT met: {BandRecord.read(attrs).advice or more}"
+    default_advice = "allow more runs (--max-runs)"
+    return f"{_unmet(attrs)} NOT met: {BandRecord.read(attrs).advice or default_advice}"
 
 
-def _of_discretization(attrs: Attributes, finer: str) -> str:
+def _of_discretization(attrs: Attributes, remedy: str) -> str:
     if "halved" in attrs:
         return f"{_unmet(attrs)} NOT met by the discretization: {why_not_finer(attrs)}"
     left_out = ", or leave out step and elements to have them chosen"
     return (
         "The discretization is coarse: a finer one would move the bands by more than the "
-        f"tolerance; give {finer}{left_out * ('step' in attrs['refined'])}"
+        f"tolerance; give {remedy}{left_out * ('step' in attrs['refined'])}"
     )
 
 

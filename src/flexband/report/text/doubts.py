@@ -19,9 +19,9 @@ def doubt_text(doubt: Doubt) -> str:
         return sentences[doubt.kind]
     if doubt.kind is DoubtKind.TOLERANCE_NOT_MET:
         return f"{sentences[doubt.kind]}{_missed_by(doubt)}"
-    more = "more than " if doubt.error > largest_error else ""
+    qualifier = "more than " if doubt.error > largest_error else ""
     error = percent(min(doubt.error, largest_error))
-    return f"verification runs find an error of {more}{error} of the band's width"
+    return f"verification runs find an error of {qualifier}{error} of the band's width"
 
 
 def _missed_by(doubt: Doubt) -> str:

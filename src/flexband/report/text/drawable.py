@@ -37,8 +37,8 @@ def bounds(bands: xr.Dataset) -> dict[str, str]:
 
 def drawable_outputs(data: xr.DataArray) -> list[str]:
     """Return the outputs if each is a function of at most one variable, or an empty list."""
-    free = [d for d in data.dims if d not in ("output", "bound")]
-    return outputs_of(data) if len(free) <= 1 else []
+    domain_dims = [d for d in data.dims if d not in ("output", "bound")]
+    return outputs_of(data) if len(domain_dims) <= 1 else []
 
 
 def is_likely(probability: xr.Dataset | None) -> bool:

@@ -13,7 +13,7 @@ from flexband.report.text.tables import Table
 from flexband.uncertainty.surrogates.axes import names_of_outputs
 
 
-def horizon_line(parts: xr.Dataset, most: int = 3) -> str:
+def horizon_line(parts: xr.Dataset, max_outputs: int = 3) -> str:
     """Return from when on the motion of a part is not predictable, and what holds then."""
     low = parts["horizon_low"]
     low = low.min("choice") if "choice" in low.dims else low
@@ -21,10 +21,11 @@ def horizon_line(parts: xr.Dataset, most: int = 3) -> str:
     unit = unit_of_variable(parts["horizon"])
     ends = sorted((end, name) for end, name in zip(low.values.ravel(), names, strict=True))
     ends = [f"{name} after {number(end, 3)} {unit}".rstrip() for end, name in ends if end < np.inf]
-    more = f" and {len(ends) - most} more" if len(ends) > most else ""
+    remainder = f" and {len(ends) - max_outputs} more" if len(ends) > max_outputs else ""
     samples = number_of(AnswerRecord.read(parts).samples, "sampled part")
     return (
-        f"Impacts make the motion of a single part unpredictable: {', '.join(ends[:most])}{more}. "
+        "Impacts make the motion of a single part unpredictable: "
+        f"{', '.join(ends[:max_outputs])}{remainder}. "
         f"Bands hold until then at most; {samples} tell how peaks and counts are distributed."
     )
 

@@ -25,5 +25,5 @@ def untouched_by(
     verdicts: Iterable[RequirementVerdict], remarks: Iterable[CollectedRemark]
 ) -> list[CollectedRemark]:
     """Return the remarks that touch none of these verdicts."""
-    shown = {remark.worst.topic for verdict in verdicts for remark in verdict.remarks}
-    return [remark for remark in remarks if remark.worst.topic not in shown]
+    topics = {remark.worst.topic for verdict in verdicts for remark in verdict.remarks}
+    return [remark for remark in remarks if remark.worst.topic not in topics]

@@ -48,7 +48,7 @@ def deviations(bands: xr.Dataset) -> str:
     return "σ" if sigmas == 1 else f"{sigmas:g}σ"
 
 
-def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table:
+def summary_table(bands: xr.Dataset, verification: xr.Dataset | None = None) -> Table:
     """Return one row per output: its bands over all times, and the largest width of its error bar.
 
     Their ends have so many digits that they are told apart from a limit which is near. The next
@@ -61,7 +61,7 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
     rows = []
     kind = "expected error" if shares else "truncation indicator"
     header = ["output", "interval mean", bar, "largest width", "at", kind]
-    header += ["confirmed"] * (checked is not None and "confirmed" in checked)
+    header += ["confirmed"] * (verification is not None and "confirmed" in verification)
     resolved = 0.01  # part of the largest width of an error bar that the digits of its ends tell
     still = constants(bands)
     largest = _largest_of_units(bands)
@@ -70,6 +70,7 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
         unit = unit_of(output_bands)
         bar = output_bands["error_bar"]
         width = bar.sel(bound="upper") - bar.sel(bound="lower")
+        # The ends of the bands, with as many digits as the width needs.
         widest = float(width.max())
         scale = float(abs(bar).max())
         scale = largest[unit] if unit and name in still else scale
@@ -80,9 +81,10 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
         ]
         spans = [" … ".join(ends[:2]), " … ".join(ends[2:])]
         rows.append([f"{name or 'response'}{unit}", *spans])
+        # Where the bar is widest, and the estimated error; neither of a constant output.
         at = ""
         error = ""
-        new = _confirmation_cell(name, output_bands, checked, constant=name in still)
+        new = _confirmation_cell(name, output_bands, verification, constant=name in still)
         if name in still:
             rows[-1] += [CONSTANT, at, error, *new]
             continue
@@ -98,14 +100,14 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
 
 
 def _confirmation_cell(
-    name: str, output_bands: xr.Dataset, checked: xr.Dataset | None, *, constant: bool
+    name: str, output_bands: xr.Dataset, verification: xr.Dataset | None, *, constant: bool
 ) -> list[str]:
     """Return the cell that tells whether new runs confirm the bands of an output; none without."""
     # Of an output whose expected error new runs confirm, although it is too large for trust
     and_yet = "not trusted"
-    if checked is None or "confirmed" not in checked:
+    if verification is None or "confirmed" not in verification:
         return []
-    if not select(checked["confirmed"], name).values.all():
+    if not select(verification["confirmed"], name).values.all():
         return ["NO"]
     trusted = "trusted" not in output_bands or output_bands["trusted"].values.all()
     return ["" if constant else "yes" if trusted else and_yet]
@@ -143,7 +145,7 @@ def expected_errors(bands: xr.Dataset) -> dict[str, float]:
     # Factor between an error in parts of an output's own width and of that it is judged by,
     # beyond which the former is told. Where both widths are the output's, they differ by a
     # little, since the latter is found at fewer times
-    apart = 1.25
+    min_ratio = 1.25
     judged = judged_errors(bands)
     if not {"mean_expected_error", "error_bar_expected_error"} <= set(bands):
         return judged
@@ -153,7 +155,7 @@ def expected_errors(bands: xr.Dataset) -> dict[str, float]:
         relative = relative.assign_coords(output=bar["output"])
     errors = {name: float(select(relative, name).max()) for name in judged}
     return {
-        name: errors[name] if errors[name] > apart * share else share
+        name: errors[name] if errors[name] > min_ratio * share else share
         for name, share in judged.items()
     }
 
@@ -232,15 +234,15 @@ def time_of(bands: xr.Dataset) -> str | None:
     return axes_of(bands["mean"].transpose("bound", ...)).time
 
 
-def checked_in_words(checked: xr.Dataset) -> str:
+def checked_in_words(verification: xr.Dataset) -> str:
     """Return what verification runs say of the estimated accuracy, as a short sentence."""
-    record = VerificationRecord.read(checked)
+    record = VerificationRecord.read(verification)
     if record.confirmed != Confirmation.CONFIRMED:
-        return f"{checked.attrs['verdict']}."
+        return f"{verification.attrs['verdict']}."
     runs = record.runs - record.runs_failed
     agree = "agrees" if runs == 1 else "agree"
-    more = (checked["implied_error"] > checked["expected_error"]).values.any()
-    few = ", as far as so few can tell" if more else ""
+    any_excess = (verification["implied_error"] > verification["expected_error"]).values.any()
+    few = ", as far as so few can tell" if any_excess else ""
     return f"{number_of(runs, 'verification run')} {agree} with this estimate{few}."
 
 
@@ -248,11 +250,11 @@ def predictable_part(bands: xr.Dataset, parts: xr.Dataset | None) -> xr.Dataset 
     """Return trusted bands of outputs that no sampled part shows to be unpredictable, or None."""
     if parts is None:
         return bands
-    every = parts["predictable"] & bands.get("trusted", True)
-    every = every.all([dim for dim in every.dims if dim != "output"])
-    if "output" not in every.dims:
-        return bands if every.all() else None
-    return bands.isel(output=np.flatnonzero(every.values)) if every.any() else None
+    predictable = parts["predictable"] & bands.get("trusted", True)
+    predictable = predictable.all([dim for dim in predictable.dims if dim != "output"])
+    if "output" not in predictable.dims:
+        return bands if predictable.all() else None
+    return bands.isel(output=np.flatnonzero(predictable.values)) if predictable.any() else None
 
 
 def before_horizon(data: Data, time: str | None, parts: xr.Dataset | None) -> Data:
@@ -260,8 +262,8 @@ def before_horizon(data: Data, time: str | None, parts: xr.Dataset | None) -> Da
     if parts is None or time not in data.dims:
         return data
     if isinstance(data, xr.Dataset):
-        held = {k: before_horizon(values, time, parts) for k, values in data.items()}
-        return data.assign(held)
+        variables = {k: before_horizon(values, time, parts) for k, values in data.items()}
+        return data.assign(variables)
     end = parts["horizon_low"]
     end = end.min("choice") if "choice" in end.dims else end
     return data.where(data[time] <= end).transpose(*data.dims) if data.dtype == float else data
@@ -280,14 +282,15 @@ def failures(bands: xr.Dataset) -> list[str]:
     ]
 
 
-def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
+def remarks(bands: xr.Dataset, verification: xr.Dataset | None = None) -> list[str]:
     """Return what diagnostics and the result of `verify` mean, as sentences."""
-    lines = [] if checked is None else [VerificationRecord.read(checked).verdict]
+    lines = [] if verification is None else [VerificationRecord.read(verification).verdict]
     record = BandRecord.read(bands)
     lines += failures(bands)
     if "orders" in bands:
         orders = zip(bands["variable"].values, bands["orders"].values, strict=True)
         lines.append("Orders: " + ", ".join(f"{name} {order}" for name, order in orders))
+    # The expected error, and what it consists of.
     if record.expected_error is not None:
         generic = record.runs_generic
         checks = record.runs_checked
@@ -326,9 +329,10 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
                 f"reliably only if it covers {percent(unseen_share(sampled))} of the input range "
                 "or more"
             )
+        # The discretization, and whose errors are judged by other measures.
         if record.discretization:
-            chosen = " (chosen by the method)" if record.halved is not None else ""
-            lines.append(f"Discretization: {record.discretization}{chosen}")
+            origin = " (chosen by the method)" if record.halved is not None else ""
+            lines.append(f"Discretization: {record.discretization}{origin}")
         if record.small_components:
             lines.append(
                 f"{record.small_components}: the tolerance is judged in parts of the error bar "
@@ -341,6 +345,7 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
                 f"{record.same_counts}: all runs count the same at all times, but up to {of_all} "
                 "of all parts may count a change earlier or later"
             )
+        # Whether the steps resolve the vibrations.
         carriers = (  # NetCDF has a number in place of one that is alone
             np.atleast_1d(values)
             for values in (record.carrier_frequencies, record.steps_per_period)
@@ -349,7 +354,8 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
             f"A vibration of {frequency:.4g} Hz has {steps:.3g} steps per period"
             for frequency, steps in zip(*carriers, strict=False)
         ]
-    lines += advice_on(bands, checked)
+    # What to do, and which options are the worst.
+    lines += advice_on(bands, verification)
     if "choice" in bands.dims:
         for name in outputs_of(bands):
             ends = select(bands["error_bar_choice"], name).values.reshape(2, -1)
@@ -375,7 +381,7 @@ def _restrictions(record: BandRecord) -> list[str]:
 def between_remarks(bands: xr.Dataset) -> list[str]:
     """Return which outputs leave their bands' range between the times in all runs looked at."""
     # Part of its range by which an output may leave it between the times without a remark
-    far = 0.01
+    tolerance = 0.01
     if "above_between" not in bands:
         return []
     lines = []
@@ -388,9 +394,9 @@ def between_remarks(bands: xr.Dataset) -> list[str]:
         low, high = output_bands["error_bar"].transpose("bound", ...).values
         largest = max(high.max() - low.min(), ROUNDING * sizes[unit_of(output_bands)])
         for side, end, sign in (("above", high, 1.0), ("below", -low, -1.0)):
-            least = output_bands[f"{side}_between_least"].values[..., :-1]
-            reach = np.maximum(end[..., :-1], end[..., 1:]) + least
-            if reach.max() <= end.max() + far * largest:
+            overshoot = output_bands[f"{side}_between_least"].values[..., :-1]
+            reach = np.maximum(end[..., :-1], end[..., 1:]) + overshoot
+            if reach.max() <= end.max() + tolerance * largest:
                 continue
             at = number(bands[last].values[np.unravel_index(reach.argmax(), reach.shape)[-1]])
             way = "up" if sign > 0 else "down"

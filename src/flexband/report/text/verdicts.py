@@ -105,8 +105,8 @@ def _share_text(verdict: RequirementVerdict) -> str:
         amount = f"about {_share(value, parts=parts)}{of_parts} by the surrogate alone"
         return f"{'' if parts else 'probability '}{amount}, which no runs judge; {allowed}"
     if value:
-        between = f"{_share(low, parts=parts)} to {_share(high, parts=parts)}"
-        amount = f"{_share(value, parts=parts)}{of_parts} (95 % confidence: {between})"
+        interval = f"{_share(low, parts=parts)} to {_share(high, parts=parts)}"
+        amount = f"{_share(value, parts=parts)}{of_parts} (95 % confidence: {interval})"
     else:
         amount = f"less than {_share(high, parts=parts)}{of_parts}"
     return f"{'' if parts else 'probability '}{amount}, {allowed}"

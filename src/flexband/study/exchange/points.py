@@ -45,25 +45,25 @@ class RequestedPoints:
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise StoreError(f"{file} is damaged: {error}") from None
 
-    def ask(self, needed: RunsNeeded, inputs: GivenInputs) -> Path:
+    def ask(self, missing_runs: RunsNeeded, inputs: GivenInputs) -> Path:
         """Write the points that are needed as a table, and keep them; return its path.
 
         Raise `InputError` if an input is neither a number nor a text.
         """
         if any(isinstance(uncertain, RandomField) for uncertain in inputs.values()):
             raise InputError("a response elsewhere takes numbers and texts; got a RandomField")
-        if self.names != list(needed.names):
-            self.names = list(needed.names)
+        if self.names != list(missing_runs.names):
+            self.names = list(missing_runs.names)
             self.asked = []
-        known = {point: k for k, point in enumerate(self.asked, start=1)}
-        options = _options(inputs, needed.setting)
+        point_numbers = {point: k for k, point in enumerate(self.asked, start=1)}
+        options = _options(inputs, missing_runs.setting)
         rows = []
-        for row in needed.points.tolist():
-            point = needed.setting, tuple(row)
-            if point not in known:
+        for row in missing_runs.points.tolist():
+            point = missing_runs.setting, tuple(row)
+            if point not in point_numbers:
                 self.asked.append(point)
-                known[point] = len(self.asked)
-            rows.append([known[point], *row, *options.values()])
+                point_numbers[point] = len(self.asked)
+            rows.append([point_numbers[point], *row, *options.values()])
         with replaced(self.folder / FileName.LEDGER) as partial:
             content = {"names": self.names, "asked": self.asked}
             partial.write_text(json.dumps(content), encoding="utf-8")
@@ -90,9 +90,9 @@ class RequestedPoints:
         results = []
         for number, values, reason in entries:
             setting, inputs = self.asked[number - 1]
-            good = bool(np.isfinite(values).all())
-            why = "" if good else reason or f"{file.name} has no values for it"
-            results.append(Result(setting, np.array(inputs), values if good else None, why))
+            is_finite = bool(np.isfinite(values).all())
+            why = "" if is_finite else reason or f"{file.name} has no values for it"
+            results.append(Result(setting, np.array(inputs), values if is_finite else None, why))
         return results
 
     def _table(self, file: Path, labels: xr.DataArray) -> list[tuple[int, np.ndarray, str]]:
@@ -177,5 +177,5 @@ def _number(name: str, text: str, *, blank: bool = False) -> float:
 
 
 def _some(names: Sequence[str]) -> str:
-    shown = ", ".join(names[:3])
-    return shown if len(names) <= 3 else f"{shown}, … ({len(names)} of them)"
+    excerpt = ", ".join(names[:3])
+    return excerpt if len(names) <= 3 else f"{excerpt}, … ({len(names)} of them)"

@@ -80,15 +80,16 @@ def surrogate_of(
         if isinstance(input_, Field):
             raise InputError(f"{name} must be a number for each row; got {value_text(input_)}")
     columns = columns_of(table, set(inputs), outputs, units or {})
-    known, response = inputs_and_response(columns, inputs, outputs, time)
+    input_columns, response = inputs_and_response(columns, inputs, outputs, time)
     surrogates = {
-        label: _of_case(known, response, case, label, seed) for label, case in cases(inputs).items()
+        label: _of_case(input_columns, response, case, label, seed)
+        for label, case in cases(inputs).items()
     }
     return surrogates[""] if "" in surrogates else SurrogateOfChoices(inputs, surrogates)
 
 
 def _of_case(
-    known: Columns,
+    input_columns: Columns,
     response: xr.DataArray,
     case: GivenInputs,
     label: str,
@@ -98,22 +99,24 @@ def _of_case(
     space = Space(case)
     rows = np.full(len(response), True)
     for name, constant in space.constants.items():
-        if name in known:
-            rows &= known[name] == constant.constant
+        if name in input_columns:
+            rows &= input_columns[name] == constant.constant
             if not rows.any():
                 of = f" with {label}" if label else ""
                 raise InputError(f"table must have rows with {name} = {constant!r}{of}; got none")
-    used = {name: known[name][rows] for name in space.uncertain}
+    case_columns = {name: input_columns[name][rows] for name in space.uncertain}
     wide = dict(case)
     narrow = {}
     for name, input_ in space.uncertain.items():
         if isinstance(input_, Interval | Chosen):
             covered = input_ if isinstance(input_, Interval) else input_.covered
-            ends = used[name].min(), used[name].max()
+            ends = case_columns[name].min(), case_columns[name].max()
             if ends[0] < covered.lower or ends[1] > covered.upper:
                 low = min(ends[0], covered.lower)
                 high = max(ends[1], covered.upper)
                 wide[name] = Interval(float(low), float(high))
                 narrow[name] = covered
-    surrogate = surrogate_of_rows(RunTable.from_response(used, response[rows]), Space(wide), seed)
+    surrogate = surrogate_of_rows(
+        RunTable.from_response(case_columns, response[rows]), Space(wide), seed
+    )
     return surrogate.narrowed(**narrow) if narrow else surrogate

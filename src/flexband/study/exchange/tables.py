@@ -75,10 +75,10 @@ def _of_dataset(
 ) -> dict[str, xr.DataArray]:
     """Return the variables of a Dataset by name; those of a store are taken apart."""
     if {"inputs", "outputs", "status", "setting"} <= set(table.variables):
-        good = (table["status"].values == RunStatus.DONE) & (
+        done_mask = (table["status"].values == RunStatus.DONE) & (
             table["setting"].values.astype(str) == ""
         )
-        table = table.isel(run=np.flatnonzero(good))
+        table = table.isel(run=np.flatnonzero(done_mask))
         columns = {str(k): table["inputs"].sel(input=k, drop=True) for k in table["input"].values}
         return columns | {"outputs": table["outputs"].drop_vars("input", errors="ignore")}
     names = set(table.variables) if outputs is None else {*inputs, *outputs}
@@ -111,18 +111,20 @@ def inputs_and_response(
 ) -> tuple[Columns, xr.DataArray]:
     """Return the columns of inputs, and the outputs as a response."""
     space = Space(next(iter(cases(inputs).values())))
-    needed = [*space.uncertain, *choices_of(inputs)]
+    input_names = [*space.uncertain, *choices_of(inputs)]
     lacking = [
         name
-        for name in [*needed, *(outputs or ()), *([time] if time else [])]
+        for name in [*input_names, *(outputs or ()), *([time] if time else [])]
         if name not in columns and not any(k.startswith(f"{name}[") for k in columns)
     ]
     if lacking:
         raise InputError(
             f"table must have the columns {', '.join(lacking)}; it has {', '.join(columns)}"
         )
-    known = {
-        name: np.asarray(columns[name]) for name in (*needed, *space.constants) if name in columns
+    input_columns = {
+        name: np.asarray(columns[name])
+        for name in (*input_names, *space.constants)
+        if name in columns
     }
     names = [
         name
@@ -132,23 +134,28 @@ def inputs_and_response(
         and (outputs is None or name.partition("[")[0] in outputs)
     ]
     if not names:
-        raise InputError(f"table must have an output besides {', '.join(known)}")
+        raise InputError(f"table must have an output besides {', '.join(input_columns)}")
     if any(isinstance(columns[name], xr.DataArray) for name in names):
-        return known, _join_variables([columns[name] for name in names], names)
+        return input_columns, _join_variables([columns[name] for name in names], names)
     if time is not None:
-        return _of_times(known, {name: columns[name] for name in names}, np.asarray(columns[time]))
-    return known, _wide({name: columns[name] for name in names})
+        return _of_times(
+            input_columns, {name: columns[name] for name in names}, np.asarray(columns[time])
+        )
+    return input_columns, _wide({name: columns[name] for name in names})
 
 
 def _join_variables(variables: Sequence[xr.DataArray], names: Sequence[str]) -> xr.DataArray:
     """Return variables of a Dataset as one response."""
     renamed = [
-        each.rename({str(each.dims[0]): "sample"}).reset_coords(drop=True) for each in variables
+        variable.rename({str(variable.dims[0]): "sample"}).reset_coords(drop=True)
+        for variable in variables
     ]
     if len(renamed) == 1:
         return renamed[0]
-    if len({each.dims for each in renamed}) > 1:
-        shapes = ", ".join(f"{n} {each.dims[1:]}" for n, each in zip(names, renamed, strict=True))
+    if len({variable.dims for variable in renamed}) > 1:
+        shapes = ", ".join(
+            f"{n} {variable.dims[1:]}" for n, variable in zip(names, renamed, strict=True)
+        )
         raise InputError(f"table: outputs must have the same dims; got {shapes}")
     joint = xr.concat(renamed, "output", join="exact", combine_attrs="drop")
     dims: list[Hashable] = ["sample", "output", *renamed[0].dims[1:]]
@@ -173,7 +180,10 @@ def _wide(columns: Columns) -> xr.DataArray:
     if dim and any(place != places[0] for place in places):
         raise InputError(f"table: all outputs must have the same values of {dim}")
     values = np.stack(
-        [np.stack([each[place] for place in sorted(each)], axis=-1) for each in series.values()],
+        [
+            np.stack([by_place[place] for place in sorted(by_place)], axis=-1)
+            for by_place in series.values()
+        ],
         axis=1,
     )
     if not dim:
@@ -182,7 +192,9 @@ def _wide(columns: Columns) -> xr.DataArray:
     return xr.DataArray(values, coords, ("sample", "output", dim))
 
 
-def _of_times(known: Columns, outputs: Columns, time: np.ndarray) -> tuple[Columns, xr.DataArray]:
+def _of_times(
+    input_columns: Columns, outputs: Columns, time: np.ndarray
+) -> tuple[Columns, xr.DataArray]:
     """Return inputs and outputs of a table with a row for each run and time."""
     starts = np.flatnonzero(np.diff(time, prepend=np.inf) <= 0)
     counts = np.diff(np.append(starts, len(time)))
@@ -194,7 +206,7 @@ def _of_times(known: Columns, outputs: Columns, time: np.ndarray) -> tuple[Colum
     times = time.reshape(len(starts), -1)
     if not np.allclose(times, times[0], rtol=1e-9, atol=0):
         raise InputError("table: all runs must have the same times; they differ")
-    for name, values in known.items():
+    for name, values in input_columns.items():
         by_run = values.reshape(len(starts), -1)
         if np.any(by_run != by_run[:, :1]):
             row = int(np.flatnonzero(np.any(by_run != by_run[:, :1], axis=1))[0])
@@ -202,4 +214,4 @@ def _of_times(known: Columns, outputs: Columns, time: np.ndarray) -> tuple[Colum
     values = np.stack([v.reshape(len(starts), -1) for v in outputs.values()], axis=1)
     coords = {"output": list(outputs), "time": times[0]}
     response = xr.DataArray(values, coords, ("sample", "output", "time"))
-    return {name: values[starts] for name, values in known.items()}, response
+    return {name: values[starts] for name, values in input_columns.items()}, response

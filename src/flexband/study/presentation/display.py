@@ -42,15 +42,15 @@ class Display:
 
     Attributes
     ----------
-    chosen : display units by names of outputs and inputs.
+    display_units : units to show numbers in, by names of outputs and inputs.
     units : units of the numbers that the builder takes, by names of inputs.
     """
 
-    chosen: Mapping[str, str] = field(default_factory=dict)
+    display_units: Mapping[str, str] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
 
     @staticmethod
-    def from_units(chosen: Any, units: Any, inputs: Mapping[str, Any]) -> Display:
+    def from_units(display_units: Any, units: Any, inputs: Mapping[str, Any]) -> Display:
         """Return display units after a check; raise `InputError` unless they fit the inputs."""
         names = names_of_inputs(inputs)
         check_instance("units", units, Mapping, 'names with units, such as {"crank_length": "m"}')
@@ -58,9 +58,9 @@ class Display:
             check_option("units", name, names)
             check_instance(f"units[{name!r}]", unit, str, 'a text, "mm" say')
         example = 'names with units, such as {"angle": "deg"}'
-        check_instance("display_units", chosen, Mapping, example)
-        display = Display(dict(chosen), dict(units))
-        for name, unit in display.chosen.items():
+        check_instance("display_units", display_units, Mapping, example)
+        display = Display(dict(display_units), dict(units))
+        for name, unit in display.display_units.items():
             unit_of(_label(name), unit)
             if name in names and not units.get(name):
                 raise InputError(
@@ -73,7 +73,7 @@ class Display:
     def check_fits(self, labels: xr.DataArray, inputs: Iterable[str]) -> None:
         """Raise `InputError` if a name is neither an input nor an output with such a unit."""
         units = names_and_units(labels)
-        for name, unit in self.chosen.items():
+        for name, unit in self.display_units.items():
             if name in inputs:
                 continue
             if name not in units:
@@ -90,28 +90,30 @@ class Display:
         self, requirements: Sequence[Requirement], labels: xr.DataArray
     ) -> list[Requirement]:
         """Return requirements with their numbers in the display units of their outputs."""
-        value_text = []
+        display_requirements = []
         units = names_and_units(labels)
         for requirement in requirements:
             name = requirement.output or ONLY_OUTPUT
-            known = name in self.chosen and units.get(name)
-            value_text.append(
-                requirement.in_unit(self.chosen[name], known) if known else requirement
+            output_unit = name in self.display_units and units.get(name)
+            display_requirements.append(
+                requirement.in_unit(self.display_units[name], output_unit)
+                if output_unit
+                else requirement
             )
-        return value_text
+        return display_requirements
 
     def scale(self, name: str) -> float:
         """Return by what values of an input are multiplied to be shown."""
-        if name not in self.chosen or not self.units.get(name):
+        if name not in self.display_units or not self.units.get(name):
             return 1.0
-        return 1 / factor(_label(name), self.chosen[name], self.units[name])
+        return 1 / factor(_label(name), self.display_units[name], self.units[name])
 
     def input_units(self) -> dict[str, str]:
-        return {name: self.chosen.get(name, unit) for name, unit in self.units.items()}
+        return {name: self.display_units.get(name, unit) for name, unit in self.units.items()}
 
     def data(self, data: Data) -> Data:
         """Return a result in display units, with these in its coordinate "unit"."""
-        if not self.chosen and not self.units:
+        if not self.display_units and not self.units:
             return data
         if isinstance(data, xr.DataArray):
             name = "error_bar"
@@ -139,25 +141,26 @@ class Display:
 
     def _path(self, data: xr.Dataset) -> xr.Dataset:
         """Return a path in the display unit of both coordinates; as it is if they differ."""
-        known = unit_of_variable(data["x"])
+        data_unit = unit_of_variable(data["x"])
         names = [data[k].attrs["output"] for k in "xy"]
-        unit, other = (self.chosen.get(str(name), known) for name in names)
-        if not known or unit != other:
+        unit, other = (self.display_units.get(str(name), data_unit) for name in names)
+        if not data_unit or unit != other:
             return data
-        scale = xr.DataArray(1 / factor(_label(str(names[0])), unit, known))
-        lengths = {k: v for k, v in data.data_vars.items() if unit_of_variable(v) == known}
+        scale = xr.DataArray(1 / factor(_label(str(names[0])), unit, data_unit))
+        lengths = {k: v for k, v in data.data_vars.items() if unit_of_variable(v) == data_unit}
         lengths |= {k: data[k] for k in ("expected_error",) if k in data}
         new = {k: _scale_variable(v, scale).assign_attrs(units=unit) for k, v in lengths.items()}
         return data.assign(new)
 
     def _outputs(self, data: xr.Dataset) -> xr.Dataset:
         """Return a result whose values of outputs are in display units."""
+        # The factor of each output, and the rounding levels of the new units.
         output = data.coords.get("output", xr.DataArray(ONLY_OUTPUT))
         pair = xr.broadcast(output.reset_coords(drop=True), data["unit"].reset_coords(drop=True))
         shape = pair[1].shape
         dims = pair[1].dims
         names, units = (np.ravel(values.values.astype(str)).tolist() for values in pair)
-        into = [self.chosen.get(k, u) if u else u for k, u in zip(names, units, strict=True)]
+        into = [self.display_units.get(k, u) if u else u for k, u in zip(names, units, strict=True)]
         factors = [
             1 / factor(_label(k), new, u) if new != u else 1.0
             for k, u, new in zip(names, units, into, strict=True)
@@ -167,6 +170,7 @@ class Display:
         shown_levels: dict[str, float] = {}
         for unit, new, s in zip(units, into, factors, strict=True):
             shown_levels[new] = max(shown_levels.get(new, 0.0), levels.get(unit, 0.0) * s)
+        # Scale what is a value of outputs, with its units.
         of_shares = {"distribution", "total"} & set(data)
         scaled = {
             name: _scale_variable(variable, scale)
@@ -176,9 +180,9 @@ class Display:
             and not (of_shares and str(name).endswith("_error"))
         }
         if "stated_unit" in data:  # that of the output where a requirement states none
-            stated = data["stated_unit"] != ""
+            unit_mask = data["stated_unit"] != ""
             in_new_units = _scale_variable(data["stated_scale"], scale)
-            scaled["stated_scale"] = data["stated_scale"].where(~stated, in_new_units)
+            scaled["stated_scale"] = data["stated_scale"].where(~unit_mask, in_new_units)
         for variable in scaled.values():
             if "units" in variable.attrs:
                 variable.attrs["units"] = into[0]
@@ -186,6 +190,7 @@ class Display:
         if levels:
             unit.attrs = rounding_attributes(shown_levels)
         result = data.assign(scaled).assign_coords(unit=unit)
+        # Values on an axis are outputs, too.
         if "value" in data.indexes and not dims:
             value = data["value"] * factors[0]
             result = result.assign_coords(value=value.assign_attrs(units=into[0]))

@@ -23,18 +23,18 @@ FIELDS = {
 """What a title block may have, and how the report names it."""
 
 
-def checked_title_block(name: str, given: Any) -> dict[str, str]:
+def checked_title_block(name: str, entries: Any) -> dict[str, str]:
     """Return the fields of a title block as texts; raise `InputError` for others."""
-    check_instance(name, given, Mapping, 'names with texts, such as {"author": "A. Weber"}')
-    for field, value in given.items():
+    check_instance(name, entries, Mapping, 'names with texts, such as {"author": "A. Weber"}')
+    for field, value in entries.items():
         if field not in FIELDS:
             raise InputError(f"{name} must have {', '.join(FIELDS)} alone; got {value_text(field)}")
         if isinstance(value, Mapping | list | bool):
             raise InputError(f"{name}[{field!r}] must be a text; got {value_text(value)}")
-    return {field: str(given[field]) for field in FIELDS if field in given}
+    return {field: str(entries[field]) for field in FIELDS if field in entries}
 
 
-def title_block(given: Mapping[str, str], file: Path | None) -> dict[str, str]:
+def title_block(entries: Mapping[str, str], file: Path | None) -> dict[str, str]:
     """Return the title block of a study: its own fields, others from a TOML file of its name.
 
     Beside ``wiper.py`` this is ``wiper.toml``. Raise `InputError` if it is no TOML, or has other
@@ -42,10 +42,10 @@ def title_block(given: Mapping[str, str], file: Path | None) -> dict[str, str]:
     """
     beside = None if file is None else file.with_suffix(".toml")
     if beside is None or not beside.is_file():
-        return dict(given)
+        return dict(entries)
     try:
         content = tomllib.loads(beside.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{beside} must be TOML; {error}") from None
-    both = checked_title_block(str(beside), content) | dict(given)
-    return {field: both[field] for field in FIELDS if field in both}
+    all_entries = checked_title_block(str(beside), content) | dict(entries)
+    return {field: all_entries[field] for field in FIELDS if field in all_entries}

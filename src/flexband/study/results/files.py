@@ -47,8 +47,8 @@ class ResultFiles:
     def write_surrogate(self, surrogate: AnySurrogate | None) -> None:
         """Write a surrogate, if the method makes one; mark answers of another one as stale."""
         file = self.folder.path / FileName.SURROGATE
-        known = file.is_file() and not file.is_symlink()
-        earlier = self.folder.signed([file]) if known else {}
+        is_regular = file.is_file() and not file.is_symlink()
+        earlier = self.folder.signed([file]) if is_regular else {}
         if surrogate is not None:
             self._write(FileName.SURROGATE, lambda: save_surrogate(surrogate, file))
         self.changed = FileName.SURROGATE not in self.names or self.folder.signed([file]) != earlier

@@ -49,7 +49,11 @@ def _deciding_arguments(
     limits: Sequence[Requirement], criterion: type, judge: Mapping[str, Any] | None
 ) -> dict[str, Any]:
     """Return the arguments of probabilities of which runs decide about those with a criterion."""
-    names = [name for name, each in by_name(limits).items() if type(each.criterion) is criterion]
+    names = [
+        name
+        for name, requirement in by_name(limits).items()
+        if type(requirement.criterion) is criterion
+    ]
     return {**judge, "decided": dict.fromkeys(names, RUNS)} if names and judge else {}
 
 

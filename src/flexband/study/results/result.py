@@ -126,9 +126,9 @@ class StudyResult:
         shares = None if self.unpredictable else self.contributions
         if self.surrogate is not None:
             shares = uncertain_inputs(shares, self.surrogate)
-        checked = None if self.verification is None else display.data(self.verification)
+        verification = None if self.verification is None else display.data(self.verification)
         check = self.limits._replace(margins=display.data(self.limits.margins))
-        return requirement_verdicts(check, shares, checked)
+        return requirement_verdicts(check, shares, verification)
 
     def production_yield(
         self, requirements: Requirements, scatter: Scatter, **options: Any
@@ -154,8 +154,8 @@ class StudyResult:
 
         if self.surrogate is None:
             raise InputError(f"a yield requires a method with a surrogate; got {self.label}")
-        known = around_nominal(requirements, self.folder, self.surrogate)
-        return production_yield(self.surrogate, known, scatter, **options)
+        absolute_requirements = around_nominal(requirements, self.folder, self.surrogate)
+        return production_yield(self.surrogate, absolute_requirements, scatter, **options)
 
     def record(self) -> dict[str, Any]:
         """Return what study.json has of the result, beside its files."""

@@ -32,34 +32,37 @@ class Shortfall(StrEnum):
     """Verification runs meet what the runs of the method have not."""
 
 
-def shortfalls(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[Shortfall]:
+def shortfalls(bands: xr.Dataset, verification: xr.Dataset | None = None) -> list[Shortfall]:
     """Return why an accuracy is missed, what is to be mended first at the front; none if it is met.
 
-    `verify` returns `checked`.
+    `verification` is the result of `verify`.
     """
     record = BandRecord.read(bands)
     reasons = list[Shortfall]()
     failed = record.runs_failed or record.not_refined
     refuted = (
-        checked is not None and VerificationRecord.read(checked).confirmed == Confirmation.REFUTED
+        verification is not None
+        and VerificationRecord.read(verification).confirmed == Confirmation.REFUTED
     )
+    # Whether the expansion or the discretization misses its share of the tolerance.
     of_expansion = of_discretization = False
     tolerance = record.tolerance
     if tolerance is not None and record.expansion_error is not None:
         error = record.expansion_error
-        finer = record.discretization_error
-        chosen = record.halved is not None
+        discretization_error = record.discretization_error
+        automatic_steps = record.halved is not None
         met = record.stop_reason == StopReason.TOLERANCE_MET
-        share = tolerance / 2 if chosen else tolerance
-        exceeded = record.tolerance_missed if chosen else error > tolerance
+        share = tolerance / 2 if automatic_steps else tolerance
+        exceeded = record.tolerance_missed if automatic_steps else error > tolerance
         if exceeded and met and record.sigmas != 1:
             return [Shortfall.SIGMAS]
         of_expansion = (
             exceeded and error > share and not (met and bool(unconverged_of(bands.attrs)))
         )
-        of_discretization = bool(len(record.refined)) and finer > (
-            share if chosen else max(tolerance, error)
+        of_discretization = bool(len(record.refined)) and discretization_error > (
+            share if automatic_steps else max(tolerance, error)
         )
+    # The reasons, in the order in which they are to be mended.
     if failed and (of_expansion or of_discretization or refuted):
         reasons.append(Shortfall.FAILED_RUNS)
     if start_vibrations_of(bands.attrs) and (of_expansion or of_discretization):

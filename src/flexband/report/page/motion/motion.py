@@ -76,10 +76,10 @@ def _of_mechanism(
         forces = force_arrows(mechanism, tracks)
         traces = traces_of(mechanism, tracks)
         times, outputs = _record_runs(response, replace(mechanism, sensors=tracks.sensors))
-    good = np.asarray(np.isfinite(outputs).all(axis=(1, 2)))
-    if not good[0]:
+    finite_samples = np.asarray(np.isfinite(outputs).all(axis=(1, 2)))
+    if not finite_samples[0]:
         raise RunError("the nominal motion fails", {})
-    parts = tracks.split(outputs[good])
+    parts = tracks.split(outputs[finite_samples])
     lengths = np.hypot(*np.moveaxis(parts["direction"][0], 1, 0))[:, None]
     parts["direction"] = parts["direction"] / np.where(lengths > 0, lengths, 1.0)
     position = parts["position"][0]
@@ -107,7 +107,7 @@ def _of_mechanism(
         "traces": traces,
         "samples": _samples(sketch.outlines, parts["position"]),
     }
-    failed = int((~good).sum())
+    failed = int((~finite_samples).sum())
     few = f"{are(failed, 'sample')} not drawn, of {samples}, since their motion fails."
     return motion, [few] if failed else []
 
@@ -131,12 +131,12 @@ def _record_runs(
         values = at_rest.values.reshape(-1, at_rest.shape[-1], 1)
         return np.array([response.time]), values
     outputs = round(response.duration / response.output_step)
-    every = -(-outputs // frames)
-    between = every * response.output_step
+    stride = -(-outputs // frames)
+    frame_step = stride * response.output_step
     try:
         motion, _ = simulate_system(
             mechanism,
-            TimeGrid(outputs // every * between, between, every * response.step_parts),
+            TimeGrid(outputs // stride * frame_step, frame_step, stride * response.step_parts),
             start=response.start,
             period=response.period,
             integrator=response.integrator,
@@ -154,15 +154,15 @@ def _samples(outlines: Sequence[Outline], positions: np.ndarray) -> JsonRecord:
     # Of the positions of all samples; if there are more, samples are left out
     max_numbers = 250_000
     points = list(dict.fromkeys(point for outline in outlines for point in outline.points))
-    apart = positions[1:, points] - positions[:1, points]
-    most = max(1, max_numbers // apart[:1].size) if apart.size else 0
+    deviations = positions[1:, points] - positions[:1, points]
+    max_samples = max(1, max_numbers // deviations[:1].size) if deviations.size else 0
     return {
         "points": points,
         "outlines": [
             {**line._asdict(), "points": [points.index(point) for point in line.points]}
             for line in outlines
         ],
-        "deviation": _pack("deviation", apart[:most]),
+        "deviation": _pack("deviation", deviations[:max_samples]),
     }
 
 

@@ -28,9 +28,9 @@ def record_shapes(sketch: Sketch) -> JsonRecord:
     """
     vertices: list[np.ndarray] = [np.zeros((0, 4))]
 
-    def strokes(*given: Stroke) -> list[JsonRecord]:
+    def strokes(*shape_strokes: Stroke) -> list[JsonRecord]:
         records = []
-        for stroke in given:
+        for stroke in shape_strokes:
             frames = [_frame(frame) for frame in stroke.frames]
             first = sum(map(len, vertices))
             count = len(stroke.vertices)

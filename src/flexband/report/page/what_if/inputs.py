@@ -79,7 +79,7 @@ def _scatter(input_: Input, old: str) -> JsonRecord | None:
     if input_.intervals:
         return None
     ends = []
-    least = 0.0
+    min_scale = 0.0
     match input_:
         case Normal():
             of = "std"
@@ -101,15 +101,15 @@ def _scatter(input_: Input, old: str) -> JsonRecord | None:
             of = input_.size_name
             size = input_.size
             fixed = None
-            least = min_size
+            min_scale = min_size
             python = f"dataclasses.replace({old}, {of}={{0}})"
         case RandomField(distribution="normal", std=float() | int() as std):
             of = "std"
             size = float(std)
             fixed = None
-            least = min_size
+            min_scale = min_size
             python = f"dataclasses.replace({old}, std={{0}})"
         case _:
             return None
-    scaling = {"of": of, "size": size, "fixed": fixed, "least": least, "python": python}
+    scaling = {"of": of, "size": size, "fixed": fixed, "least": min_scale, "python": python}
     return scaling | {"ends": ends or [(0.0, size)]}

@@ -59,6 +59,7 @@ def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> JsonRecord:
     terms = PartTerms.from_expansion(parts, columns)
     m = terms.interval_dimension
     moments = terms.moments
+    # What the page needs in any case: polynomials of the moments, and points of the scan.
     smooth_moments = MomentPolynomials.from_index(*moment_orders([terms]))
     polynomials, eta, inverse = smooth_moments
     rule = _rule(terms, eta, scale)
@@ -70,12 +71,14 @@ def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> JsonRecord:
         "error": _difference(expansion, terms, smooth_moments, rule).tolist(),
     }
     if rule is None:
+        # The smooth moments themselves, over the scale of their outputs.
         smooth = np.moveaxis(inverse @ terms.table(eta), 0, 2)
         size = np.ones((len(scale), moments.block)) * scale[:, None]
         size[:, [moments.variance, *range(moments.turn_real, moments.block)]] *= scale[:, None]
         smooth[:, : moments.phase] /= size.reshape(-1, 1)
         smooth[0, moments.phase :] = _turned_back(smooth[0, moments.phase :])
         return tree | _round_coefficients(smooth)
+    # The parts over the scale of their outputs, and the rule that integrates their moments.
     points, weights = rule
     rows = np.moveaxis(terms.coefficients, 0, 2).copy()
     rows[:, : columns.phase] /= scale[:, None]
@@ -101,13 +104,13 @@ def _difference(
     times = np.unique(np.linspace(0, len(terms.coefficients) - 1, most_times).astype(int))
     few = replace(terms, coefficients=np.ascontiguousarray(terms.coefficients[times]))
     m = terms.interval_dimension
-    further = 2 * scrambled_sobol(places * (m > 0), m, seed=2) - 1
-    eta = np.concatenate([corners(m), further])
+    sobol_points = 2 * scrambled_sobol(places * (m > 0), m, seed=2) - 1
+    eta = np.concatenate([corners(m), sobol_points])
     basis = smooth.expansion.chebyshev(eta)[:, smooth.expansion.i]
     table = basis @ (smooth.inverse @ few.table(smooth.eta, rule))
-    own = np.array(mean_and_std(table, few.moments))  # (2, times, places, outputs)
+    page_moments = np.array(mean_and_std(table, few.moments))  # (2, times, places, outputs)
     python = np.moveaxis(np.array(expansion.select(expansion.outputs, times).moments(eta)), 3, 1)
-    return np.abs(own - python).sum(axis=0).max(axis=(0, 1))
+    return np.abs(page_moments - python).sum(axis=0).max(axis=(0, 1))
 
 
 def _rule(terms: PartTerms, eta: np.ndarray, scale: np.ndarray) -> Rule | None:
@@ -115,23 +118,24 @@ def _rule(terms: PartTerms, eta: np.ndarray, scale: np.ndarray) -> Rule | None:
     # Largest error of moments by a rule along axes, in parts of the width of the bands, and
     # at how many times and η it is checked
     tolerance = 3e-7
-    checked = 10
+    check_points = 10
     # Most points times η times times at which a page may compute an output for a new scatter: 3 s
     max_evaluations = 3e7
     change = terms.over_random
     if (rule := resolving_rule(change)) is not None:
         return rule
-    every = [
-        slice(0, None, max(1, -(-len(array) // checked))) for array in (terms.coefficients, eta)
+    strides = [
+        slice(0, None, max(1, -(-len(array) // check_points)))
+        for array in (terms.coefficients, eta)
     ]
-    few = replace(terms, coefficients=np.ascontiguousarray(terms.coefficients[every[0]]))
-    known = np.array(mean_and_std(few.table(eta[every[1]]), terms.moments))
+    few = replace(terms, coefficients=np.ascontiguousarray(terms.coefficients[strides[0]]))
+    reference = np.array(mean_and_std(few.table(eta[strides[1]]), terms.moments))
     for in_pairs in (3, 5):  # points per axis for pairs of axes
         points, weights = axis_rule(change, in_pairs)
         if len(terms.coefficients) * len(eta) * len(weights) * len(scale) > max_evaluations:
             return None
-        table = few.table(eta[every[1]], (points, weights))
-        if np.all(np.abs(mean_and_std(table, terms.moments) - known) < tolerance * scale):
+        table = few.table(eta[strides[1]], (points, weights))
+        if np.all(np.abs(mean_and_std(table, terms.moments) - reference) < tolerance * scale):
             return points, weights
     return None
 

@@ -39,27 +39,30 @@ def what_if(
     """
     if surrogate is None:
         return None, ["Other inputs need new runs here, since the method makes no surrogate."]
-    every = list(surrogates_of(surrogate).values())
-    space = every[0].space
-    expansions = [expansion for alternative in every for expansion in alternative.expansions]
-    if every[0].time is None:
+    alternatives = list(surrogates_of(surrogate).values())
+    space = alternatives[0].space
+    expansions = [expansion for alternative in alternatives for expansion in alternative.expansions]
+    if alternatives[0].time is None:
         return None, ["Other inputs need new runs here, since the outputs are no series in time."]
+    # A model of each expansion, unless they are too large for a page.
     size = sum(expansion.arrays()["coefficients"].size for expansion in expansions)
     if size > max_coefficients:
         return None, ["Other inputs are for Python: the surrogate is too large for a page."]
-    outputs = _outputs(every[0].labels, bands)
+    outputs = _outputs(alternatives[0].labels, bands)
     scale = np.array(outputs["scale"])
-    outputs = _outputs(every[0].labels, display.data(bands))
+    outputs = _outputs(alternatives[0].labels, display.data(bands))
     models: list[JsonRecord] = [
-        model(each, scale[each.outputs]) | {"scale": [outputs["scale"][k] for k in each.outputs]}
-        for each in expansions
+        model(expansion, scale[expansion.outputs])
+        | {"scale": [outputs["scale"][k] for k in expansion.outputs]}
+        for expansion in expansions
     ]
     resolved = all(
         model_data["kind"] == "direct" or "points" in model_data for model_data in models
     )
+    # The inputs that can be changed, in display units.
     intervals, remarks = intervals_of(space)
-    given = "surrogate." + ("space.inputs" if isinstance(surrogate, Surrogate) else "given")
-    sizes, why = sizes_of(space, given, resolved=resolved)
+    python_inputs = "surrogate." + ("space.inputs" if isinstance(surrogate, Surrogate) else "given")
+    sizes, why = sizes_of(space, python_inputs, resolved=resolved)
     if not intervals and not sizes:
         return None, remarks + why
     for input_ in intervals + sizes:
@@ -86,8 +89,10 @@ def _with_differences(outputs: JsonRecord, models: Sequence[JsonRecord]) -> list
     visible = 1e-4  # in parts of the width
     errors = outputs["expected_error"]
     largest = 0.0
-    for each in models:
-        for output, error, scale in zip(each["outputs"], each["error"], each["scale"], strict=True):
+    for record in models:
+        for output, error, scale in zip(
+            record["outputs"], record["error"], record["scale"], strict=True
+        ):
             largest = max(largest, error)
             if errors is not None and errors[output] is not None:
                 errors[output] += error * scale

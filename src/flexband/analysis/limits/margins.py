@@ -109,6 +109,7 @@ def check_limits(
         compensators(case.space) for case in surrogates_of(surrogate).values()
     ):
         raise InputError("limits must all have the same sigmas where there is a Compensator")
+    # Check the requirements with the bands of each k.
     results = {}
     source = ""
     inputs = ""
@@ -123,6 +124,7 @@ def check_limits(
         inputs = check.inputs
     result = xr.concat([results[name] for name in requirements], "limit")
     result = result.assign_coords(limit=list(requirements))
+    # Put the verdicts and what they rest on into words.
     attrs: dict[str, Any] = {"error": source or NOT_JUDGED}
     attrs["verdict"] = margins_in_words(result.assign_attrs(attrs))
     worst = min(map(LimitVerdict, result["verdict"].values.tolist()), key=WORST_FIRST.index)

@@ -198,6 +198,7 @@ class _EndSearch:
         """
         options = self.options
         count = self.options.compared_samples
+        # Compare the places with common samples around the rare samples of all.
         rare_samples = [self.rare(state, eta, options.samples) for eta in places]
         mixture = self.mixture(samples.u for samples in rare_samples)
         u = mixture.sample(count, self.rng)
@@ -210,6 +211,7 @@ class _EndSearch:
         probability = float(out[best].mean())
         if not len(rare_samples[best].u) or not probability:
             return at, 0.0
+        # Expect how far another place may exceed the best one: noise of the search.
         gain = sign * (out - out[best]).mean(axis=1)
         scatter = (out - out[best]).std(axis=1)
         scatter = scatter / np.sqrt(count) + 1e-300
@@ -217,6 +219,7 @@ class _EndSearch:
         density = np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi)
         exceeded = gain * ndtr(z) + scatter * density  # expectation
         noise = float(np.log1p(exceeded.max() / probability)) if len(places) > 1 else 0.0
+        # Improve the best place with further samples around its own.
         least_margin = partial(state.least, eta=at)
         local_mixture = mixture_around(
             least_margin, rare_samples[best].u, self.rng, options=options.importance

@@ -160,6 +160,7 @@ class LimitState:
             outputs = expansion.outputs[limited[expansion.outputs]]
             if not len(outputs):
                 continue
+            # Select the times in and next to the window.
             axis = TimeAxis.from_labels(labels, corridor.window)
             window_times = slice(None)
             if axis is not None:
@@ -167,6 +168,7 @@ class LimitState:
                 axis = axis.at(at)
             at = np.arange(times)[window_times]
             part = expansion.select(outputs, at)
+            # Find the scale of each output: its standard deviation, unless that is round-off.
             values = part.evaluate(of_normals(u, space.families), eta)
             spread = values.std(axis=0).max(axis=1, keepdims=True)
             size = np.abs(values).max(axis=(0, 2))[:, None]

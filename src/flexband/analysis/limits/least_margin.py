@@ -62,7 +62,7 @@ class LeastMargin:
     dim: str  # the last dimension of the output, such as time; "" if there is none
     dim_unit: str
     place: float | str  # of the least margin along this dimension
-    between: float  # the least margin between the times, at least
+    margin_between: float  # the least margin between the times, at least
     at_most: float  # the least margin at and between the times, at most
     place_before: float | str  # the time before it
     inputs: list[str]  # values of the inputs there, in words
@@ -74,9 +74,9 @@ class LeastMargin:
         places = ("", "")
         if "least_margin_at" in result:
             dim = str(result["margin"].dims[-1])
-            both = result["least_margin_at"], result["margin_between_after"]
-            is_number = both[0].dtype.kind in "iuf"
-            places = tuple(float(k) if is_number else str(k.values) for k in both)
+            positions = result["least_margin_at"], result["margin_between_after"]
+            is_number = positions[0].dtype.kind in "iuf"
+            places = tuple(float(k) if is_number else str(k.values) for k in positions)
         unit = str(result["unit"].values) if "unit" in result.coords else ""
         inputs = [str(result["worst_choice"].values)] if "worst_choice" in result else []
         if "worst_inputs" in result:
@@ -101,7 +101,7 @@ class LeastMargin:
     @property
     def decided_between(self) -> bool:
         """Whether it is the least margin between the times that may be below zero."""
-        return bool(self.dim) and self.between - self.error < 0 <= self.margin
+        return bool(self.dim) and self.margin_between - self.error < 0 <= self.margin
 
     def in_words(
         self, number: Callable[[float], str] = "{:.4g}".format, *, with_error: bool = False
@@ -119,7 +119,7 @@ class LeastMargin:
         text += f" at {self.dim} {places[0]}"
         if self.decided_between:
             where = "output times" if self.dim == "time" else f"values of {self.dim}"
-            text += f"; {self.between:.4g}{unit} between the {where}, after {places[1]}"
+            text += f"; {self.margin_between:.4g}{unit} between the {where}, after {places[1]}"
         return text
 
 

@@ -109,20 +109,22 @@ def check_limits(
         compensators(case.space) for case in surrogates_of(surrogate).values()
     ):
         raise InputError("limits must all have the same sigmas where there is a Compensator")
+    # Check the requirements with the bands of each k.
     results = {}
     source = ""
     inputs = ""
     for k in dict.fromkeys(deviations.values()):
-        checked = _Checked(surrogate, requirements, k)
+        check = _Checked(surrogate, requirements, k)
         results |= {
-            name: checked.result(name).assign(_about(requirement, labels, k))
+            name: check.result(name).assign(_about(requirement, labels, k))
             for name, requirement in requirements.items()
             if deviations[name] == k
         }
-        source = checked.source
-        inputs = checked.inputs
+        source = check.source
+        inputs = check.inputs
     result = xr.concat([results[name] for name in requirements], "limit")
     result = result.assign_coords(limit=list(requirements))
+    # Put the verdicts and what they rest on into words.
     attrs: dict[str, Any] = {"error": source or NOT_JUDGED}
     attrs["verdict"] = margins_in_words(result.assign_attrs(attrs))
     worst = min(map(LimitVerdict, result["verdict"].values.tolist()), key=WORST_FIRST.index)
@@ -188,15 +190,18 @@ class _Checked:
         ]
 
         def rank(result: xr.Dataset) -> tuple[int, float]:
-            kept = WORST_FIRST.index(LimitVerdict(str(result["verdict"].values)))
-            return kept, float(result["margin_between"] - result["least_margin_error"])
+            verdict_rank = WORST_FIRST.index(LimitVerdict(str(result["verdict"].values)))
+            return verdict_rank, float(result["margin_between"] - result["least_margin_error"])
 
         return min(results, key=rank)
 
-    def _of_case(self, label: str, requirement: Requirement, *, rough: float = 0.1) -> xr.Dataset:
+    def _of_case(
+        self, label: str, requirement: Requirement, *, max_relative_error: float = 0.1
+    ) -> xr.Dataset:
         """Return the result of one combination.
 
-        After impacts, expansions with an error above `rough` in parts of the width decide nothing.
+        After impacts, expansions with an error above `max_relative_error`, in parts of the width,
+        decide nothing.
         """
         if label not in self.bands:
             self.bands[label] = (
@@ -223,7 +228,9 @@ class _Checked:
             bands,
             self.labels,
             error,
-            trusted=bool(self.source) and not refuted and (not impacts or of_output < rough),
+            trusted=bool(self.source)
+            and not refuted
+            and (not impacts or of_output < max_relative_error),
         )
         random = any(case.space.random_dimension for case in self.cases.values())
         turning = impacts and (not random or float(relative.max()) > tolerance)
@@ -239,11 +246,11 @@ def with_errors_at_one_time(bands: xr.Dataset) -> xr.Dataset:
     Errors of bands are right in the mean over time. Where the margin is least, the error is more
     likely one of the larger ones; few are above twice that of one time.
     """
-    most = 2 * AT_ONE_TIME
+    error_factor = 2 * AT_ONE_TIME
     name = "error_bar_expected_error"
     if name not in bands or axes_of(bands["error_bar"].transpose("bound", ...)).times < 2:
         return bands
-    return bands.assign({name: most * bands[name]})
+    return bands.assign({name: error_factor * bands[name]})
 
 
 def _bands(
@@ -260,6 +267,7 @@ def _bands(
     space = case.space
     dims = case.labels.dims[1:]
     check_no_play(space, "check_limits with a Compensator")
+    # Adjust compensators for the least margins, and put the adjusted ends into the bands.
     corridor = joint({k: r.corridor(case.labels) for k, r in requirements.items()})
     expansions, numbers, bounds = limited(case, corridor)
     bar = bands["error_bar"].transpose("bound", *dims).values.copy()
@@ -300,13 +308,14 @@ def _check_margins(
     at = np.unravel_index(int(np.argmin(margin)), margin.shape)
     side = int(np.argmin(margins[(slice(None), *at)]))
     nearest_end = bar.isel(bound=side)[where][at]
+    # Allow for what may happen between the times, and judge the limit by all margins.
     after, surely = _margins_between_times(np.stack([low, high]), bands, labels, corridor)
     error_after = error
     if error.ndim:
         next_error = np.concatenate([error[..., 1:], error[..., -1:]], axis=-1)
         error_after = np.maximum(error, next_error)
-    between = np.minimum(margin, after)
-    lowest = np.unravel_index(int(np.argmin(between)), between.shape)
+    margin_between = np.minimum(margin, after)
+    lowest = np.unravel_index(int(np.argmin(margin_between)), margin_between.shape)
     if "trusted" in bands:
         trusted &= bool(np.all(_of_output(bands["trusted"], labels, corridor)))
     verdict = LimitVerdict.UNDECIDED
@@ -314,6 +323,7 @@ def _check_margins(
         verdict = LimitVerdict.NOT_KEPT
     elif trusted and np.all([margin - error >= 0, after - error_after >= 0]):
         verdict = LimitVerdict.KEPT
+    # Make the dataset, with the places of the least margins.
     dims = bar[0][where].dims
     coords = {k: c for k, c in bar[0][where].coords.items() if set(c.dims) <= set(dims)}
     data: Variables = {
@@ -323,9 +333,9 @@ def _check_margins(
         "below": (dims, np.where(np.isfinite(upper), upper, np.nan)),
         "least_margin": margin[at],
         "least_margin_error": error[at],
-        "margin_between": between[lowest],
+        "margin_between": margin_between[lowest],
         "margin_at_most": min(margin[at], surely.min()),
-        "grid_error": margin[at] - between[lowest],
+        "grid_error": margin[at] - margin_between[lowest],
         "side": ("above", "below")[side],
         "verdict": verdict.value,
         "extent": np.nanmax(high) - np.nanmin(low),
@@ -361,22 +371,22 @@ def _margins_between_times(
     The bar has a lower and an upper end, (2, …, times). Curves between the times tell, by rules of
     which the lowest and the highest count, and what the outputs do there in some runs.
     """
-    least, most = np.full(bar.shape, np.inf)
+    lowest, highest = np.full(bar.shape, np.inf)
     axis = TimeAxis.from_labels(labels, corridor.window)
     if axis is None:
-        return least, most
+        return lowest, highest
     lower, upper = corridor.curves[:, *corridor.where]
     margins = np.stack([bar[0] - lower, upper - bar[1]])
-    stated = np.isfinite(margins).all(axis=-1)
+    limited_mask = np.isfinite(margins).all(axis=-1)
     impacts = bool(BandRecord.read(bands).impacts)
-    curves = least_between(margins[stated], axis, impacts=impacts)
-    beyond = beyond_neighbours(bands, labels)[:, :, *corridor.where][:, stated, :-1]
+    curves = least_between(margins[limited_mask], axis, impacts=impacts)
+    beyond = beyond_neighbours(bands, labels)[:, :, *corridor.where][:, limited_mask, :-1]
     by_runs = curves.ends - beyond
-    both = np.full((2, *margins[..., :-1].shape), np.inf)
-    both[0, stated] = np.minimum(curves.lowest, by_runs[1])
-    both[1, stated] = by_runs[0] if impacts or "above_between" in bands else curves.at_most
-    least[..., :-1], most[..., :-1] = both.min(axis=1)
-    return least, most
+    bounds = np.full((2, *margins[..., :-1].shape), np.inf)
+    bounds[0, limited_mask] = np.minimum(curves.lowest, by_runs[1])
+    bounds[1, limited_mask] = by_runs[0] if impacts or "above_between" in bands else curves.at_most
+    lowest[..., :-1], highest[..., :-1] = bounds.min(axis=1)
+    return lowest, highest
 
 
 def _of_output(values: xr.DataArray, labels: xr.DataArray, corridor: Corridor) -> np.ndarray:

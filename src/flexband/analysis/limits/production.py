@@ -98,13 +98,15 @@ def production_of(
     """Return what `production_yield` does; `options` are those of `limit_probabilities`."""
     result = limit_probabilities(surrogate, requirements, scatter=scatter, **options)
     data = {f"failing{end}": result[f"between_times{end}"] for end in ("", "_low", "_high")}
-    kept = {k: result[k] for k in ("samples", "runs", "disagreements") if k in result}
-    production = xr.Dataset(data | kept)
+    counts = {k: result[k] for k in ("samples", "runs", "disagreements") if k in result}
+    production = xr.Dataset(data | counts)
     if "probability_choice" not in result:
         production = production.isel(bound=-1, drop=True)
     production = with_yield(production)
     attrs = {k: v for k, v in result.attrs.items() if k not in ("verdict", "doubts")}
-    attrs["scatter"] = ", ".join(f"{name}: {one!r}" for name, one in scatter.items())
+    attrs["scatter"] = ", ".join(
+        f"{name}: {distribution!r}" for name, distribution in scatter.items()
+    )
     verdict = ". ".join([AnswerRecord.read(production).verdict, *AnswerRecord.read(result).doubts])
     return production.assign_attrs(attrs | {"verdict": verdict})
 

@@ -57,32 +57,36 @@ def uncertain_inputs(
     if contributions is None:
         return None
     spaces = [case.space for case in surrogates_of(surrogate).values()]
-    chosen = {name for space in spaces for name in space.chosen}
-    kept = [k for k, name in enumerate(contributions["name"].values) if str(name) not in chosen]
-    return contributions.isel(name=kept) if kept else None
+    design_names = {name for space in spaces for name in space.chosen}
+    indices = [
+        k for k, name in enumerate(contributions["name"].values) if str(name) not in design_names
+    ]
+    return contributions.isel(name=indices) if indices else None
 
 
 def _verdict(
     check: LimitCheck, k: int, contributions: xr.Dataset | None, verification: xr.Dataset | None
 ) -> RequirementVerdict:
     limit = check.margins.isel(limit=k)
-    least = LeastMargin.from_result(limit)
+    least_margin = LeastMargin.from_result(limit)
     run_remarks = remarks_of(check.margins.attrs if verification is None else verification.attrs)
     criterion = str(limit["criterion"].values) if "criterion" in limit else "WorstCase"
     at_most = float(limit["at_most"]) if "at_most" in limit else np.nan
+    # Decide by a share or by the margin.
     share = _share(check, k, criterion)
     if criterion in (Probability.__name__, ShareOfParts.__name__):
         verdict, reason = _by_share(share, at_most)
         if verdict is Verdict.UNDECIDED and _of_worst(check, criterion):
             reason = Reason.OF_PARTS
-        error = least.error
+        error = least_margin.error
     else:
-        verdict, reason, error = _by_margin(limit, least, check.margins, verification)
+        verdict, reason, error = _by_margin(limit, least_margin, check.margins, verification)
     scale = float(limit["stated_scale"]) if "stated_scale" in limit else 1.0
-    stated = str(limit["stated_unit"].values) if "stated_unit" in limit else ""
-    worst = least.between if least.decided_between else least.margin
+    requirement_unit = str(limit["stated_unit"].values) if "stated_unit" in limit else ""
+    worst = least_margin.margin_between if least_margin.decided_between else least_margin.margin
     if reason is Reason.RUN:
         worst = min(worst, float(limit["run_margin"]))
+    # A remark on the runs may undecide the verdict.
     remarks, undecided = _remarks(limit, run_remarks, abs(worst))
     if undecided and verdict is not Verdict.UNDECIDED:
         verdict = Verdict.UNDECIDED
@@ -90,16 +94,16 @@ def _verdict(
     most_important = "", np.nan
     if contributions is not None and "width" in contributions:
         most_important = largest_around(contributions, limit, _output(limit))[:2]
-    about = {
+    texts = {
         name: str(limit[name].values) if name in limit else ""
         for name in ("requirement", "identifier", "source", "bounds")
     }
     return RequirementVerdict(
-        text=least.limit,
-        name=about["requirement"] or least.limit,
-        identifier=about["identifier"],
-        source=about["source"],
-        bounds=about["bounds"],
+        text=least_margin.limit,
+        name=texts["requirement"] or least_margin.limit,
+        identifier=texts["identifier"],
+        source=texts["source"],
+        bounds=texts["bounds"],
         verdict=verdict,
         reason=reason,
         criterion=criterion,
@@ -107,10 +111,10 @@ def _verdict(
         sigmas=_sigmas(limit, check.margins),
         margin=worst / scale,
         error=error / scale,
-        unit=stated or least.unit,
-        dim=least.dim,
-        dim_unit=least.dim_unit,
-        place=least.place_before if least.decided_between else least.place,
+        unit=requirement_unit or least_margin.unit,
+        dim=least_margin.dim,
+        dim_unit=least_margin.dim_unit,
+        place=least_margin.place_before if least_margin.decided_between else least_margin.place,
         input=most_important[0],
         input_share=most_important[1],
         share=share,
@@ -141,12 +145,15 @@ def _sigmas(limit: xr.Dataset, margins: xr.Dataset) -> float:
 
 
 def _by_margin(
-    limit: xr.Dataset, least: LeastMargin, margins: xr.Dataset, verification: xr.Dataset | None
+    limit: xr.Dataset,
+    least_margin: LeastMargin,
+    margins: xr.Dataset,
+    verification: xr.Dataset | None,
 ) -> tuple[Verdict, Reason, float]:
     """Return the verdict of the worst case, what it rests on, and the error of the margin."""
     if float(limit.get("run_margin", np.nan)) < 0:
-        return Verdict.FAIL, Reason.RUN, least.error
-    error = least.error
+        return Verdict.FAIL, Reason.RUN, least_margin.error
+    error = least_margin.error
     if MarginRecord.read(margins).error == NOT_JUDGED:
         return Verdict.UNDECIDED, Reason.NOT_JUDGED, np.nan
     if (
@@ -155,19 +162,25 @@ def _by_margin(
         and not bool(_of_output(verification["confirmed"], limit, worst="min"))
     ):
         return Verdict.UNDECIDED, Reason.NOT_CONFIRMED, error
-    kept = least.verdict
+    limit_verdict = least_margin.verdict
     runs = float(limit.get("recorded_margin", np.nan)) if limit.get("run_required", 0) else np.nan
-    within = kept is LimitVerdict.KEPT and least.between - error >= 0
-    beyond = kept is LimitVerdict.NOT_KEPT and least.at_most + error < 0
+    within = limit_verdict is LimitVerdict.KEPT and least_margin.margin_between - error >= 0
+    beyond = limit_verdict is LimitVerdict.NOT_KEPT and least_margin.at_most + error < 0
     if within and not runs < 0:
         return Verdict.PASS, Reason.MARGIN, error
     if beyond and not runs >= 0:
         return Verdict.FAIL, Reason.MARGIN, error
     if within or beyond:
         reason = Reason.RUNS_DIFFER
-    elif kept is not LimitVerdict.KEPT and least.between + error < 0 <= least.at_most + error:
+    elif (
+        limit_verdict is not LimitVerdict.KEPT
+        and least_margin.margin_between + error < 0 <= least_margin.at_most + error
+    ):
         reason = Reason.BETWEEN
-    elif kept is LimitVerdict.UNDECIDED and not least.margin + error >= 0 >= least.between - error:
+    elif (
+        limit_verdict is LimitVerdict.UNDECIDED
+        and not least_margin.margin + error >= 0 >= least_margin.margin_between - error
+    ):
         reason = Reason.NOT_TRUSTED
     else:
         reason = Reason.ERROR

@@ -87,25 +87,27 @@ def distribution(
     discretization, of the shape of a run, makes the intervals of shares wider.
     """
     count = options.count(requirements)
+    # Make the runs block by block, and keep only their numbers and margins.
     blocks = list[xr.DataArray]()
     margins = list[np.ndarray]()
     xi, eta = parts.samples(count, seed)
-    good = np.full(count, True)
+    valid_mask = np.full(count, True)
     first = 0
     at_once = options.at_first
     while first < count:
         end = min(count, first + at_once)
-        made = run((xi[first:end], eta[first:end]))
-        assert made.values is not None
-        good[[first + k for k in made.failed]] = False
-        response = made.values.isel(sample=good[first:end])
+        evaluation = run((xi[first:end], eta[first:end]))
+        assert evaluation.values is not None
+        valid_mask[[first + k for k in evaluation.failed]] = False
+        response = evaluation.values.isel(sample=valid_mask[first:end])
         blocks.append(numbers_of(response, quantities))
         margins.append(margins_of(requirements, response, blocks[-1], case, error, labels))
         first = end
-        at_once = max(1, options.max_values // max(1, made.values[0].size))
+        at_once = max(1, options.max_values // max(1, evaluation.values[0].size))
+    # Describe the distribution of the numbers, and the yield.
     numbers = xr.concat(blocks, "sample")
-    lost = int(count - good.sum())
-    values = parts.space.numbers_at(xi[good], eta[good])
+    lost = int(count - valid_mask.sum())
+    values = parts.space.numbers_at(xi[valid_mask], eta[valid_mask])
     columns = np.reshape(list(values.values()), (len(values), len(numbers))).T
     probabilities = np.array(options.probabilities, dtype=float)
     arrays = (
@@ -147,18 +149,18 @@ def margins_of(
     for requirement in requirements:
         of_number = requirement.output in names
         values, unsure = (as_outputs, 0.0) if of_number else (response, error)
-        known = values if of_number or labels is None else labels
-        parts = parts_between(values, known)
-        corridor = requirement.corridor(known, case).at_more_times(parts)
-        unsure = at_more_times(np.broadcast_to(unsure, known.shape[1:]), parts)
+        corridor_labels = values if of_number or labels is None else labels
+        parts = parts_between(values, corridor_labels)
+        corridor = requirement.corridor(corridor_labels, case).at_more_times(parts)
+        unsure = at_more_times(np.broadcast_to(unsure, corridor_labels.shape[1:]), parts)
         inside = corridor.margin(values.values, values.values)
         lowest = inside - unsure
         axis = TimeAxis.from_labels(values, corridor.window)
         if axis is not None:
             all_times = corridor.margin_at_all_times(values.values)
             lowest = lowest_of_impacts(all_times - unsure[corridor.where], axis)
-        three = inside + unsure, inside, lowest
-        margins.append([each.reshape(len(values), -1).min(axis=1) for each in three])
+        margin_bounds = inside + unsure, inside, lowest
+        margins.append([margin.reshape(len(values), -1).min(axis=1) for margin in margin_bounds])
     return np.reshape(margins, (len(margins), 3, len(numbers))).swapaxes(0, 1)
 
 
@@ -171,8 +173,8 @@ def yields(
     """
     names = list(by_name(requirements))
     if len(names) > 1:
-        every = margins.min(axis=1, keepdims=True)
-        margins = np.concatenate([margins, every], axis=1)
+        joint_margins = margins.min(axis=1, keepdims=True)
+        margins = np.concatenate([margins, joint_margins], axis=1)
         names = [*names, ANY]
     count = margins.shape[-1]
     hits = (margins < 0).sum(axis=-1).T.tolist()

@@ -59,8 +59,8 @@ def needed_samples(
     """
     tail = np.minimum(probabilities, 1 - probabilities)
     of_width = ndtri((1 + confidence) / 2) ** 2 * (1 - tail) / (accuracy**2 * tail)
-    least = np.log((1 - confidence) / 2) / np.log1p(-np.array([*tail, *allowed]))
-    return math.ceil(max(*of_width, *least))
+    finite_counts = np.log((1 - confidence) / 2) / np.log1p(-np.array([*tail, *allowed]))
+    return math.ceil(max(*of_width, *finite_counts))
 
 
 def first_order(

@@ -132,8 +132,8 @@ def predictability_horizon(
     >>> def angles(x):
     ...     return (2.0 ** np.arange(20) * x[:, None]) % 1.0
     ...
-    >>> found = fb.analysis.predictability_horizon(angles, {"x": fb.Interval(0.0, 1.0)})
-    >>> int(found["horizon"]), found.attrs["runs"]
+    >>> result = fb.analysis.predictability_horizon(angles, {"x": fb.Interval(0.0, 1.0)})
+    >>> int(result["horizon"]), result.attrs["runs"]
     (10, 32)
     """
     check_quantities(quantities)
@@ -181,12 +181,17 @@ def horizon_of(
     run: Runs, space: Space, quantities: Quantities | None, seed: int, options: HorizonOptions
 ) -> xr.Dataset:
     """Return what `predictability_horizon` does; `run` returns runs at points of a space."""
-    made = run(neighbours(space, seed, options))
-    assert made.values is not None
-    lost = np.isin(np.arange(len(made.values)), list(made.failed)).reshape(-1, options.points)
-    kept = ~lost.any(axis=0)  # points of which all runs succeeded
-    runs = made.values.isel(sample=np.tile(kept, len(lost)))
-    options = replace(options, points=check_integer("points without failed runs", kept.sum(), 2))
+    evaluation = run(neighbours(space, seed, options))
+    assert evaluation.values is not None
+    lost = np.isin(np.arange(len(evaluation.values)), list(evaluation.failed)).reshape(
+        -1, options.points
+    )
+    complete_points = ~lost.any(axis=0)  # points of which all runs succeeded
+    runs = evaluation.values.isel(sample=np.tile(complete_points, len(lost)))
+    options = replace(
+        options, points=check_integer("points without failed runs", complete_points.sum(), 2)
+    )
+    # Find when each output is no longer predictable, and how much the quantities change.
     axes = axes_of(runs)
     values = series(runs)
     labelled = axes.time in runs.coords
@@ -202,15 +207,15 @@ def horizon_of(
     size = np.abs(numbers.values).max(axis=0)
     spread = np.ptp(numbers.values, axis=0)
     shares[:, ~units_of(numbers, ["quantity"]).varies(spread, size)] = 0.0
-    _, middle, most = options.scatter(shares)
+    _, middle, upper_share = options.scatter(shares)
     data = {"horizon": median, "horizon_low": low, "horizon_high": high}
     data["predictable"] = np.isinf(low)
     coords = {k: c for k, c in coordinates(runs).items() if set(c.dims) <= set(axes.dims)}
     attrs = {"points": options.points, "change": options.change, "seed": seed}
     variables = {k: (axes.dims, v.reshape(axes.shape)) for k, v in data.items()}
     variables["quantity_change"] = ("quantity",), middle
-    variables["quantity_change_high"] = ("quantity",), most
-    variables["quantity_predictable"] = ("quantity",), most < options.limit
+    variables["quantity_change_high"] = ("quantity",), upper_share
+    variables["quantity_predictable"] = ("quantity",), upper_share < options.limit
     coords["quantity"] = numbers["quantity"].drop_vars("unit")
     result = xr.Dataset(variables, coords, attrs).drop_vars("unit", errors="ignore")
     unit = unit_of_variable(runs[axes.time]) if labelled else ""

@@ -39,14 +39,14 @@ def numbers_of(response: xr.DataArray, quantities: Quantities | None) -> xr.Data
     columns = []
     units = []
     for name, quantity in quantities.items():
-        made = made_of(response, quantity)
-        if made.size != len(response):
+        numbers = made_of(response, quantity)
+        if numbers.size != len(response):
             raise InputError(
-                f"quantities[{name!r}] must return one number per sample; got dims {made.dims} and "
-                f"shape {made.shape}"
+                f"quantities[{name!r}] must return one number per sample; got dims "
+                f"{numbers.dims} and shape {numbers.shape}"
             )
-        columns.append(made.values.ravel())
-        units.append(str(made["unit"].values.item()) if "unit" in made.coords else "")
+        columns.append(numbers.values.ravel())
+        units.append(str(numbers["unit"].values.item()) if "unit" in numbers.coords else "")
     return _with_labels(np.stack(columns, axis=1), list(quantities), units)
 
 
@@ -67,9 +67,9 @@ def _extremes(response: xr.DataArray) -> xr.DataArray:
     units = units_by_name(response)
     if values.shape[2] == 1:
         return _with_labels(values[..., 0], names, units)
-    both = np.concatenate([values.max(axis=2), values.min(axis=2)], axis=1)
+    extremes = np.concatenate([values.max(axis=2), values.min(axis=2)], axis=1)
     kinds = [f"{kind} {name}" for kind in ("largest", "smallest") for name in names]
-    return _with_labels(both, kinds, 2 * units)
+    return _with_labels(extremes, kinds, 2 * units)
 
 
 def _with_labels(values: np.ndarray, names: list[str], units: list[str]) -> xr.DataArray:

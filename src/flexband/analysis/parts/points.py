@@ -28,12 +28,12 @@ class Parts:
     def from_scatter(space: Space, scatter: Scatter) -> Parts:
         """Return the parts of a space; a tolerance without a distribution is uniform."""
         check_instance("scatter", scatter, Mapping, '{"length": fb.analysis.Capability(cp=1.33)}')
-        groups = [given.members for given in scatter.values() if isinstance(given, Correlated)]
-        given = set(scatter).union(*groups)
+        groups = [group.members for group in scatter.values() if isinstance(group, Correlated)]
+        scatter_names = set(scatter).union(*groups)
         assumed = {
             name: Uniform(interval.lower, interval.upper)
             for name, interval in space.of_kind(random=False).items()
-            if isinstance(interval, Interval) and name not in given
+            if isinstance(interval, Interval) and name not in scatter_names
         }
         words = [f"{name}: {distribution!r}" for name, distribution in scatter.items()]
         words += [f"{name}: {distribution!r}, assumed" for name, distribution in assumed.items()]

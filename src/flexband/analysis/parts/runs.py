@@ -35,19 +35,21 @@ def plain_runs(
             f"inputs must have no Choice; got {', '.join(choices)}. A study samples every option; "
             "here the response must choose one"
         )
-    placed, explored = locate_domains(response, inputs, as_store(options.store))
-    space = Space(placed)
-    about = space.on_branch(as_response(response))
-    with evaluations(response, placed, options) as evaluate:
+    domain_inputs, explored = locate_domains(response, inputs, as_store(options.store))
+    space = Space(domain_inputs)
+    branch_response = space.on_branch(as_response(response))
+    with evaluations(response, domain_inputs, options) as evaluate:
 
         def runs_of(advance: Advance) -> Runs:
             labels: xr.DataArray | None = None
 
             def run(points: Points) -> Evaluated:
                 nonlocal labels
-                made = evaluate(about, space, about.branch, points, labels, advance)
-                labels = made.labels
-                return made
+                evaluation = evaluate(
+                    branch_response, space, branch_response.branch, points, labels, advance
+                )
+                labels = evaluation.labels
+                return evaluation
 
             return run
 

@@ -84,21 +84,22 @@ def sample_parts(
     Examples
     --------
     >>> inputs = {"a": fb.Interval(0.0, 1.0), "b": fb.Normal(0.0, 0.1)}
-    >>> found = fb.analysis.sample_parts(lambda a, b: a + b, inputs, requirements=fb.Limit(below=1))
-    >>> found["quantile"].sel(probability=0.5).values.round(1), found.attrs["samples"]
+    >>> limit = fb.Limit(below=1)
+    >>> result = fb.analysis.sample_parts(lambda a, b: a + b, inputs, requirements=limit)
+    >>> result["quantile"].sel(probability=0.5).values.round(1), result.attrs["samples"]
     (array([0.5]), 292)
-    >>> found["yield"].values.round(2), found.attrs["scatter"]
+    >>> result["yield"].values.round(2), result.attrs["scatter"]
     (array([0.96]), 'a: Uniform(lower=0.0, upper=1.0), assumed')
     """
     options = SamplingOptions(probabilities, confidence, accuracy, samples)
-    known = several(requirements, "requirements")
+    requirement_list = several(requirements, "requirements")
     check_quantities(quantities)
     seed = check_integer("seed", seed, 0)
-    count = options.count(known)
+    count = options.count(requirement_list)
     settings = EvaluationOptions(batch, store, executor, failed)
     scatter = {} if scatter is None else scatter
     with plain_runs(response, inputs, settings) as (space, explored, runs_of):
         parts = Parts.from_scatter(space, scatter)
         run = runs_of(counted(progress, count))
-        result = distribution(run, parts, known, quantities, seed, options)
+        result = distribution(run, parts, requirement_list, quantities, seed, options)
     return result.assign_attrs(runs=count + explored)

@@ -59,17 +59,17 @@ class _OutputMargins:
         """
         sums = np.empty((2, len(eta)))
         powers = np.stack([self.weights, self.weights**2]) / len(self.weights)
-        most = max(1, self.options.values_at_once // len(self.psi))
+        block_size = max(1, self.options.values_at_once // len(self.psi))
 
         def add_up(first: int) -> None:
-            rows = slice(first, first + most)
+            rows = slice(first, first + block_size)
             at = (self.row, times[rows], None)
             values = self.series.values(self.psi, eta[rows], times[rows])
             margins = np.minimum(values - self.part.lower[at], self.part.upper[at] - values)
             margins /= self.part.scale[at]
             sums[:, rows] = powers @ (ndtr(-margins / width) if width else margins < 0).T
 
-        in_threads(add_up, range(0, len(eta), most))
+        in_threads(add_up, range(0, len(eta), block_size))
         return sums
 
     def minimized(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -81,7 +81,7 @@ class _OutputMargins:
 def at_each_time(
     state: LimitState,
     m: int,
-    known: Sequence[Rare],
+    rare_at_ends: Sequence[Rare],
     ends: Sequence[Estimate],
     rng: np.random.Generator,
     *,
@@ -89,35 +89,43 @@ def at_each_time(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return probabilities with their confidence intervals, (3, 2, series), and η, (2, series, m).
 
-    `known` and `ends` are rare samples and estimates at the least and the largest probability of
-    leaving the limits at any time, which bound those at each time. Without such samples the
-    probabilities are zero, and η is that of the middle of the intervals.
+    `rare_at_ends` and `ends` are rare samples and estimates at the least and the largest
+    probability of leaving the limits at any time, which bound those at each time. Without such
+    samples the probabilities are zero, and η is that of the middle of the intervals.
     """
-    most = np.array([estimate.confidence()[1] for estimate in ends])[:, None]
-    if not any(len(rare_samples.u) for rare_samples in known):
+    upper_bounds = np.array([estimate.confidence()[1] for estimate in ends])[:, None]
+    if not any(len(rare_samples.u) for rare_samples in rare_at_ends):
         none = np.zeros((2, state.width))
-        return np.stack([none, none, none + most]), np.zeros((*none.shape, m))
+        return np.stack([none, none, none + upper_bounds]), np.zeros((*none.shape, m))
+    # Draw common samples: few for the search, and many for its result.
     importance = options.ends.importance
-    how = importance.subset.mixture
-    mixture = Mixture.mean(*(Mixture.from_samples(part.u, rng, options=how) for part in known))
+    mixture_options = importance.subset.mixture
+    mixture = Mixture.mean(
+        *(Mixture.from_samples(part.u, rng, options=mixture_options) for part in rare_at_ends)
+    )
     counts = options.searched_samples, options.samples
     samples = [_weighted_samples(mixture, state.families, count, rng) for count in counts]
     probabilities = []
     places = []
     for part in state.parts:
         for row, series in enumerate(SampledSeries.of_outputs(part.expansion)):
-            few, many = (
+            search_margins, final_margins = (
                 _OutputMargins(series, part, row, series.basis(xi), w, options) for xi, w in samples
             )
             times = part.series.shape[1]
-            eta, _ = lowest_over_times(few.minimized, series.scanned, times, options.tolerance)
+            # Search the ends at each time, and compute the probabilities there with all samples.
+            eta, _ = lowest_over_times(
+                search_margins.minimized, series.scanned, times, options.tolerance
+            )
             flat = eta.reshape(2 * times, -1)
-            first, second = many.sums(flat, np.tile(np.arange(times), 2), 0.0)
+            first, second = final_margins.sums(flat, np.tile(np.arange(times), 2), 0.0)
             error = np.sqrt(np.maximum(second - first**2, 0) / options.samples)
             pair = np.minimum(first, 1.0).reshape(2, times), error.reshape(2, times)
             crossed = pair[0][0] > pair[0][1]  # which samples of the search could not tell apart
             pair = [np.where(crossed, bounds[::-1], bounds) for bounds in pair]
-            bounds = np.stack(clear(pair[0], pair[1], most, most, importance.min_equal_samples))
+            bounds = np.stack(
+                clear(pair[0], pair[1], upper_bounds, upper_bounds, importance.min_equal_samples)
+            )
             # The upper bound is no less than the lower one, so that each tells of the other.
             bounds[:2, 1] = bounds[:2].max(axis=1)
             bounds[2, 0] = bounds[2].min(axis=0)

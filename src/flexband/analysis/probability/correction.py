@@ -87,13 +87,13 @@ def with_missed(
         return state.least(z[:, :n], erf(z[:, n:] / np.sqrt(2)))
 
     rare_samples = rare(least, n + m, rng, scouts=False, options=options.importance.subset).u
-    near = rare_samples[rng.permutation(len(rare_samples))[: count // 2]]
-    others = count - len(near)
+    rare_points = rare_samples[rng.permutation(len(rare_samples))[: count // 2]]
+    others = count - len(rare_points)
     half = (others + 1) // 2  # of them, and their mirror images: there may be a limit on each side
     spread = _spread(half, n, rng, options)
     spread = np.concatenate([spread, -spread])[:others]
-    u = np.concatenate([near[:, :n], spread])
-    eta = np.concatenate([erf(near[:, n:] / np.sqrt(2)), _anywhere(others, m, rng, options)])
+    u = np.concatenate([rare_points[:, :n], spread])
+    eta = np.concatenate([erf(rare_points[:, n:] / np.sqrt(2)), _anywhere(others, m, rng, options)])
     runs = state.least_of_response(model(*state.places(u, eta)))
     missed = DiscrepancyModel(with_eta(u, eta), runs - state.least(u, eta))
     return replace(state, missed=missed, beyond=u[runs < 0])
@@ -121,7 +121,7 @@ def correct_probability(
     state: LimitState,
     model: ResponseModel,
     eta: np.ndarray,
-    near: Rare,
+    rare_samples: Rare,
     accuracy: float,
     rng: np.random.Generator,
     noise: float,
@@ -130,12 +130,12 @@ def correct_probability(
 ) -> Correction:
     """Return the probability at one η, corrected with runs of the model.
 
-    The state knows what first runs have taught (`with_missed`); `near` are its rare samples, and
-    `accuracy` is the relative standard error of the first term.
+    The state knows what first runs have taught (`with_missed`); `rare_samples` are those of the
+    state at this η, and `accuracy` is the relative standard error of the first term.
     """
-    n, importance = near.u.shape[1], options.importance
+    n, importance = rare_samples.u.shape[1], options.importance
     assert state.missed is not None  # of the first runs
-    surrogate, known = replace(state, missed=None), state.missed
+    surrogate, discrepancy = replace(state, missed=None), state.missed
 
     def least(v: np.ndarray) -> np.ndarray:  # v are u and η
         return surrogate.least(v[:, :n], v[:, n:])
@@ -144,27 +144,32 @@ def correct_probability(
         return state.least_of_response(model(*state.places(v[:, :n], v[:, n:])))
 
     def margin_and_scatter(v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return least(v) + known.expected(v), options.widened * known.scatter(v)
+        return least(v) + discrepancy.expected(v), options.widened * discrepancy.scatter(v)
 
     def margin(u: np.ndarray) -> np.ndarray:
         v = with_eta(u, eta)
-        return least(v) + known.expected(v)
+        return least(v) + discrepancy.expected(v)
 
+    # Learn what the surrogate misses where the side of the limit is doubtful, round by round.
     beyond, remaining = state.beyond.reshape(-1, n), model.runs
-    near = replace(near, u=np.concatenate([near.u, beyond]))
+    rare_samples = replace(rare_samples, u=np.concatenate([rare_samples.u, beyond]))
     for k in range(options.max_rounds):
         at, doubt = _doubtful(
-            margin_and_scatter, near, eta, model.runs // options.learning_part, rng, options
+            margin_and_scatter, rare_samples, eta, model.runs // options.learning_part, rng, options
         )
         if not len(at) or (k >= options.min_rounds and doubt < accuracy):
             break
         run_margins, remaining = least_of_runs(at), remaining - len(at)
-        known = known.with_runs(at, run_margins - least(at))
-        kept = near.u[margin(near.u) < 0]  # far from runs, a margin would mislead scouts
-        near = rare(margin, n, rng, scouts=False, options=importance.subset)
-        kept = np.concatenate([kept[: importance.subset.level_samples], beyond])
-        near = replace(near, u=np.concatenate([near.u, kept]))
-    u, w, h = _samples(margin, near, accuracy, rng, importance)
+        discrepancy = discrepancy.with_runs(at, run_margins - least(at))
+        failure_samples = rare_samples.u[margin(rare_samples.u) < 0]
+        # Far from runs, a margin would mislead scouts.
+        rare_samples = rare(margin, n, rng, scouts=False, options=importance.subset)
+        failure_samples = np.concatenate(
+            [failure_samples[: importance.subset.level_samples], beyond]
+        )
+        rare_samples = replace(rare_samples, u=np.concatenate([rare_samples.u, failure_samples]))
+    # Estimate the first term without runs, and the second by the other runs, near the limit.
+    u, w, h = _samples(margin, rare_samples, accuracy, rng, importance)
     inside = h < 0
     base, error = float(np.mean(w * inside)), float(np.std(w * inside)) / np.sqrt(len(w))
     size, v = float(np.std(h)), with_eta(u, eta)
@@ -176,21 +181,22 @@ def correct_probability(
     usual = [_usual(h / scatter, w, values, side) for side in (~inside, inside)]
     if np.all(np.abs(run_margins - h[which]) <= options.negligible * size):
         usual = [0.0, 0.0]  # the surrogate is exact near the limit
+    # Find the interval, and make it wider where weights or margins scatter too much.
     low, high = _ends(base, error, z, len(which), usual, rng, options)
     if importance.uneven(w[inside], len(w)):
         low, high = low / importance.rough_factor, high * importance.rough_factor
-    high += near.probability * (not len(near.u))
+    high += rare_samples.probability * (not len(rare_samples.u))
     low, high = (min(1.0, max(0.0, float(end))) for end in (low, high))
     low *= bool(base or len(z))  # nothing was found that leaves the limit
-    wider = scatter * np.sqrt(np.mean(((run_margins - h[which]) / scatter[which]) ** 2))
-    if np.any(wider > options.max_misfit * scatter):  # margins scatter more than was learnt
-        low = min(low, float(np.mean(w * (h < -2 * wider))))
-        high = max(high, float(np.mean(w * ndtr(-h / wider))))
+    run_scatter = scatter * np.sqrt(np.mean(((run_margins - h[which]) / scatter[which]) ** 2))
+    if np.any(run_scatter > options.max_misfit * scatter):  # margins scatter more than was learnt
+        low = min(low, float(np.mean(w * (h < -2 * run_scatter))))
+        high = max(high, float(np.mean(w * ndtr(-h / run_scatter))))
     probability = min(1.0, max(0.0, base + float(z.sum()) / len(which)))
-    known = known.with_runs(v[which], run_margins - least(v[which]))
+    discrepancy = discrepancy.with_runs(v[which], run_margins - least(v[which]))
     high = max(high, min(1.0, _possible(margin_and_scatter, n, eta, rng, options)))
-    confirmed = bool(np.abs(known.missed).max() <= options.min_scatter * size)
-    return Correction(probability, low, high, model.runs, len(z), noise, known, confirmed)
+    confirmed = bool(np.abs(discrepancy.missed).max() <= options.min_scatter * size)
+    return Correction(probability, low, high, model.runs, len(z), noise, discrepancy, confirmed)
 
 
 def _ends(
@@ -220,7 +226,7 @@ def _ends(
 
 def _doubtful(
     margin_and_scatter: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
-    near: Rare,
+    rare_samples: Rare,
     eta: np.ndarray,
     count: int,
     rng: np.random.Generator,
@@ -232,12 +238,12 @@ def _doubtful(
     others are spread over u and η, also to where this hardly counts yet. The doubt is the
     probability of the wrong side, in parts of that beyond the limit.
     """
-    samples, (_, n) = options.importance.batch_samples, near.u.shape
-    if not len(near.u):
+    samples, (_, n) = options.importance.batch_samples, rare_samples.u.shape
+    if not len(rare_samples.u):
         return np.zeros((0, n + len(eta))), 0.0
-    mixture = Mixture.from_samples(near.u, rng, options=options.importance.subset.mixture)
+    mixture = Mixture.from_samples(rare_samples.u, rng, options=options.importance.subset.mixture)
     u = mixture.sample(samples, rng)
-    far = round(options.spread_share * count)
+    spread_count = round(options.spread_share * count)
     spread = _spread(samples, n, rng, options)
     v = with_eta(u, eta)
     spread = with_eta(spread, _anywhere(samples, len(eta), rng, options))
@@ -247,7 +253,10 @@ def _doubtful(
     wrong = weights * ndtr(-np.abs(h) / scatter)
     beyond = float(weights @ (h < 0))
     wrong_spread = ndtr(-np.abs(h_spread) / scatter_spread)
-    at = v[_systematic(wrong, count - far, rng)], spread[_systematic(wrong_spread, far, rng)]
+    at = (
+        v[_systematic(wrong, count - spread_count, rng)],
+        spread[_systematic(wrong_spread, spread_count, rng)],
+    )
     return np.concatenate(at), float(wrong.sum() / max(wrong.sum(), beyond, 1e-300))
 
 
@@ -297,12 +306,12 @@ def _systematic(sizes: np.ndarray, count: int, rng: np.random.Generator) -> np.n
 
 def _samples(
     margin: Margins,
-    near: Rare,
+    rare_samples: Rare,
     accuracy: float,
     rng: np.random.Generator,
     options: ImportanceOptions,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    mixture = mixture_around(margin, near.u, rng, options=options)
+    mixture = mixture_around(margin, rare_samples.u, rng, options=options)
     batches = []
     while True:
         u = mixture.sample(options.batch_samples, rng)
@@ -313,7 +322,7 @@ def _samples(
         beyond = weights * (margins < 0)
         enough = np.std(beyond) <= accuracy * np.mean(beyond) * np.sqrt(len(beyond))
         full = len(beyond) + options.batch_samples > options.max_samples
-        if enough or full or not len(near.u):
+        if enough or full or not len(rare_samples.u):
             return samples, weights, margins
 
 

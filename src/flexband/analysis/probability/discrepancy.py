@@ -55,8 +55,8 @@ class DiscrepancyModel:
         """Return the standard deviation of what is missed at u (points, n), shape (points,)."""
         fit = self._fit
         across = fit.kernel.covariance(u, self.u)
-        known = np.sum(across @ fit.inverse * across, axis=1)
-        variance = np.maximum(fit.kernel.variance(u) - known, 0.0)
+        explained_variance = np.sum(across @ fit.inverse * across, axis=1)
+        variance = np.maximum(fit.kernel.variance(u) - explained_variance, 0.0)
         return np.sqrt(fit.scale * (variance + fit.noise))
 
 
@@ -91,10 +91,10 @@ class _Fit:
     likelihood: float
 
     @staticmethod
-    def of_kernel(known: DiscrepancyModel, roughness: float, length: float) -> _Fit:
+    def of_kernel(model: DiscrepancyModel, roughness: float, length: float) -> _Fit:
         """Return the fit with a ratio of variances and a relative length."""
-        u = known.u
-        missed = known.missed
+        u = model.u
+        missed = model.missed
         size = float(np.mean((1 + np.sum(u**2, axis=1)) ** 2))
         kernel = _Kernel(roughness * size, length * float(np.sqrt(u.shape[1])))
         sizes, vectors = np.linalg.eigh(kernel.covariance(u, u))

@@ -78,44 +78,49 @@ def ends(
     search = _EndSearch(n, rng, options)
     count = options.samples
     if m == 0:
-        known = search.rare(state, np.zeros(0))
-        return np.zeros((2, 0)), [known, known], np.zeros(2), state
+        rare_samples = search.rare(state, np.zeros(0))
+        return np.zeros((2, 0)), [rare_samples, rare_samples], np.zeros(2), state
 
     def least(z: np.ndarray) -> np.ndarray:
         return state.least(z[:, :n], erf(z[:, n:] / np.sqrt(2)))
 
+    # Select points from which the search may start, and the times that decide.
     joint = rare(least, n + m, rng, options=options.importance.subset)
-    near = joint.u if len(joint.u) else rng.standard_normal((count, n + m))
-    points = np.concatenate([search.starts(m), erf(near[:8, n:] / np.sqrt(2))])
+    joint_samples = joint.u if len(joint.u) else rng.standard_normal((count, n + m))
+    points = np.concatenate([search.starts(m), erf(joint_samples[:8, n:] / np.sqrt(2))])
     scatter = state.scatter(ndtri(sobol(options.scatter_samples, n)), points)
     chances = [ndtr(-mean / std) for mean, std in scatter]
-    rough = np.sum([chance.sum(axis=(1, 2)) for chance in chances], axis=0)
-    alike = state.in_parts_of([std.mean(axis=0) for _, std in scatter])
+    chance_sums = np.sum([chance.sum(axis=(1, 2)) for chance in chances], axis=0)
+    scaled_state = state.in_parts_of([std.mean(axis=0) for _, std in scatter])
     if thin:
-        u = near[:count, :n]
-        eta = erf(near[:count, n:] / np.sqrt(2))
+        u = joint_samples[:count, :n]
+        eta = erf(joint_samples[:count, n:] / np.sqrt(2))
         times = state.deciding(u, eta, options.slack * search.spread(state, eta))
         # Rare samples hardly see times that decide at few η only.
-        floor = options.omitted_share * rough[:, None, None]
+        floor = options.omitted_share * chance_sums[:, None, None]
         likely = [np.any(chance > floor, axis=(0, 1)) for chance in chances]
         times = [mask | other for mask, other in zip(times, likely, strict=True)]
-        state, alike = state.at(times), alike.at(times)
+        state, scaled_state = state.at(times), scaled_state.at(times)
+    # Compare the points with common samples, then with those that are also around extremes.
     mixture = search.mixture([joint.u[:, :n]])
-    size = search.sizes(alike, mixture, count)
+    size = search.sizes(scaled_state, mixture, count)
     sizes = np.array([size(point) for point in points])
-    extremes = [sizes.argmin(), sizes.argmax(), *np.argsort(-rough)[: options.rough_points]]
+    extremes = [sizes.argmin(), sizes.argmax(), *np.argsort(-chance_sums)[: options.rough_points]]
     at_extremes = search.mixture(search.rare(state, point).u for point in points[extremes])
-    size = search.sizes(alike, Mixture.mean(mixture, at_extremes), count)
+    size = search.sizes(scaled_state, Mixture.mean(mixture, at_extremes), count)
     sizes = np.array([size(point) for point in points])
+    # Climb from the best points to each end.
     eta = np.empty((2, m))
     noise = np.empty(2)
     for end, sign in enumerate((-1.0, 1.0)):
-        likely = [np.argsort(-sign * heights)[: options.rough_points] for heights in (sizes, rough)]
+        likely = [
+            np.argsort(-sign * heights)[: options.rough_points] for heights in (sizes, chance_sums)
+        ]
         order = np.argsort(-sign * sizes, kind="stable")
-        climbed = (_climb(size, points[k], sign, options.steps) for k in order[: options.starts])
-        highest, _ = max(climbed, key=lambda pair: pair[1])
-        tried = np.concatenate([highest[None], *(points[k] for k in likely)])
-        eta[end], noise[end] = search.best(state, alike, np.unique(tried, axis=0), sign)
+        summits = (_climb(size, points[k], sign, options.steps) for k in order[: options.starts])
+        highest, _ = max(summits, key=lambda pair: pair[1])
+        candidates = np.concatenate([highest[None], *(points[k] for k in likely)])
+        eta[end], noise[end] = search.best(state, scaled_state, np.unique(candidates, axis=0), sign)
     return eta, [search.rare(state, place) for place in eta], noise, state
 
 
@@ -142,11 +147,11 @@ class _EndSearch:
 
     def starts(self, m: int) -> np.ndarray:
         """Return η from which ends are searched, (points, m): vertices and points inside."""
-        most = self.options.max_vertices
-        if 2**m <= most:
+        max_corners = self.options.max_vertices
+        if 2**m <= max_corners:
             corners = np.array(list(product((-1.0, 1.0), repeat=m)))
         else:
-            corners = self.rng.choice([-1.0, 1.0], (most, m))
+            corners = self.rng.choice([-1.0, 1.0], (max_corners, m))
         faces = np.concatenate([np.zeros((1, m)), np.eye(m), -np.eye(m)])
         return np.concatenate([corners, faces, 2 * sobol(self.options.inside_points, m) - 1])
 
@@ -156,16 +161,18 @@ class _EndSearch:
 
     def mixture(self, groups: Iterable[np.ndarray]) -> Mixture:
         """Return a mixture around several groups of rare samples, in equal parts."""
-        how = self.options.importance.subset.mixture
-        return Mixture.mean(*(Mixture.from_samples(u, self.rng, options=how) for u in groups))
+        mixture_options = self.options.importance.subset.mixture
+        return Mixture.mean(
+            *(Mixture.from_samples(u, self.rng, options=mixture_options) for u in groups)
+        )
 
     def spread(self, state: LimitState, points: np.ndarray) -> float:
         """Return how much the least margin varies with u: its standard deviation, mean over η."""
         count = self.options.scatter_samples
         points = points[:count]
         u = self.rng.standard_normal((len(points) * count, self.n))
-        least = state.least(u, np.repeat(points, count, axis=0))
-        return float(least.reshape(-1, count).std(axis=1).mean())
+        least_margins = state.least(u, np.repeat(points, count, axis=0))
+        return float(least_margins.reshape(-1, count).std(axis=1).mean())
 
     def sizes(
         self, state: LimitState, mixture: Mixture, count: int
@@ -181,28 +188,30 @@ class _EndSearch:
         return size
 
     def best(
-        self, state: LimitState, alike: LimitState, places: np.ndarray, sign: float
+        self, state: LimitState, scaled_state: LimitState, places: np.ndarray, sign: float
     ) -> tuple[np.ndarray, float]:
         """Return the η with the largest probability, or the least if the sign is −1, and the noise.
 
         The common samples are around rare samples at all of the `places`, (places, m), that are
         compared: those of a few may hardly see what leaves the limits at another. For the search
-        near the best place, the state `alike` has margins in parts of their scatter.
+        near the best place, `scaled_state` has margins in parts of their scatter.
         """
         options = self.options
         count = self.options.compared_samples
-        known = [self.rare(state, eta, options.samples) for eta in places]
-        mixture = self.mixture(samples.u for samples in known)
+        # Compare the places with common samples around the rare samples of all.
+        rare_samples = [self.rare(state, eta, options.samples) for eta in places]
+        mixture = self.mixture(samples.u for samples in rare_samples)
         u = mixture.sample(count, self.rng)
         weights = mixture.weights(u)
         out = np.array([weights * (state.least(u, eta) < 0) for eta in places])
-        pairs = zip(out.mean(1), known, strict=True)
+        pairs = zip(out.mean(1), rare_samples, strict=True)
         heights = [(sign * p, sign * samples.probability) for p, samples in pairs]
         best = heights.index(max(heights))
         at = places[best]
         probability = float(out[best].mean())
-        if not len(known[best].u) or not probability:
+        if not len(rare_samples[best].u) or not probability:
             return at, 0.0
+        # Expect how far another place may exceed the best one: noise of the search.
         gain = sign * (out - out[best]).mean(axis=1)
         scatter = (out - out[best]).std(axis=1)
         scatter = scatter / np.sqrt(count) + 1e-300
@@ -210,10 +219,13 @@ class _EndSearch:
         density = np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi)
         exceeded = gain * ndtr(z) + scatter * density  # expectation
         noise = float(np.log1p(exceeded.max() / probability)) if len(places) > 1 else 0.0
-        least = partial(state.least, eta=at)
-        near = mixture_around(least, known[best].u, self.rng, options=options.importance)
-        at, _ = _climb(self.sizes(alike, near, count), at, sign, options.fine_steps)
-        fresh = self.sizes(alike, near, count)
+        # Improve the best place with further samples around its own.
+        least_margin = partial(state.least, eta=at)
+        local_mixture = mixture_around(
+            least_margin, rare_samples[best].u, self.rng, options=options.importance
+        )
+        at, _ = _climb(self.sizes(scaled_state, local_mixture, count), at, sign, options.fine_steps)
+        fresh = self.sizes(scaled_state, local_mixture, count)
         return at, noise + _climb(fresh, at, sign, options.fine_steps)[1] - sign * fresh(at)
 
 

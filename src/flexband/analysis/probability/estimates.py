@@ -61,20 +61,20 @@ class ImportanceOptions:
 class Estimate:
     """The probability of leaving limits at one η.
 
-    `between` is that between the times too: an estimate, what it is at least, and at most, by rules
-    for curves and by what runs do there that were looked at. `noise` is that of the search for η,
-    as a logarithm of the probability: by how much that at the best η may be beyond this one.
+    `between_times` is that between the times too: an estimate, what it is at least, and at most, by
+    rules for curves and by what runs do there that were looked at. `noise` is that of the search
+    for η, as a logarithm of the probability: by how much that at the best η may be beyond this one.
     """
 
     probability: float  # of leaving them at any time, with the times as points
     error: float  # its standard error
     looser: float  # the probability with the limits moved by what may be missed there
     tighter: float
-    between: np.ndarray  # (3,)
-    between_error: np.ndarray  # its standard errors, (3,)
+    between_times: np.ndarray  # (3,)
+    between_times_error: np.ndarray  # its standard errors, (3,)
     at_each: np.ndarray  # at each output and time, (series,)
     at_each_error: np.ndarray  # its standard errors, (series,)
-    most: float  # the rough estimate of subset simulation; its upper bound without a sample
+    subset_probability: float  # of subset simulation, rough; an upper bound without a sample
     u: np.ndarray
     weights: np.ndarray
     margins: np.ndarray  # the least of each sample
@@ -87,14 +87,16 @@ class Estimate:
 
     def confidence_between(self) -> tuple[float, float]:
         """Return the interval that holds the probability between the times too."""
-        _, least, most = zip(self.between.tolist(), self.between_error.tolist(), strict=True)
-        return self._confidence(*least)[0], self._confidence(*most)[1]
+        _, lower, upper = zip(
+            self.between_times.tolist(), self.between_times_error.tolist(), strict=True
+        )
+        return self._confidence(*lower)[0], self._confidence(*upper)[1]
 
     def _confidence(self, probability: float, error: float) -> tuple[float, float]:
-        low, high = interval(np.array(probability), np.array(error), self.most)
+        low, high = interval(np.array(probability), np.array(error), self.subset_probability)
         if self.uneven:  # few samples have most of the weight: their spread may be far too small
-            low = min(low, self.most / self.options.rough_factor)
-            high = max(high, min(1.0, self.most * self.options.rough_factor))
+            low = min(low, self.subset_probability / self.options.rough_factor)
+            high = max(high, min(1.0, self.subset_probability * self.options.rough_factor))
         return float(low) / math.exp(self.noise), min(1.0, float(high) * math.exp(self.noise))
 
     @property
@@ -104,48 +106,57 @@ class Estimate:
 
     def told_at_each(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the probabilities at each time that are clear, and confidence intervals."""
-        most = self.confidence()[1]
+        upper_bound = self.confidence()[1]
         weights = self.weights[self.margins < 0]
         if len(weights):  # none of so many that leave the limits at some time does so at this one
-            most *= min(1.0, -math.log(0.05) * float(np.sum(weights**2) / np.sum(weights) ** 2))
+            upper_bound *= min(
+                1.0, -math.log(0.05) * float(np.sum(weights**2) / np.sum(weights) ** 2)
+            )
         fewest = self.options.min_equal_samples
-        return clear(self.at_each, self.at_each_error, self.confidence()[1], most, fewest)
+        return clear(self.at_each, self.at_each_error, self.confidence()[1], upper_bound, fewest)
 
 
 def interval(
-    probability: np.ndarray, error: np.ndarray, most: np.ndarray | float
+    probability: np.ndarray, error: np.ndarray, upper_bound: np.ndarray | float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return confidence intervals of estimates by their logarithm; [0, most] where one is zero."""
-    some = probability > 0
-    relative = np.divide(error, probability, out=np.zeros(probability.shape), where=some)
+    """Return confidence intervals of estimates by their logarithm; [0, upper_bound] for zeros."""
+    positive_mask = probability > 0
+    relative = np.divide(error, probability, out=np.zeros(probability.shape), where=positive_mask)
     factor = np.exp(TWO_SIDED * relative)
     low = probability / factor
     high = np.minimum(1.0, probability * factor)
-    return np.where(some, low, 0.0), np.where(some, high, most)
+    return np.where(positive_mask, low, 0.0), np.where(positive_mask, high, upper_bound)
 
 
 def clear(
     probability: np.ndarray,
     error: np.ndarray,
-    most: np.ndarray | float,
-    none: np.ndarray | float,
+    upper_bound: np.ndarray | float,
+    zero_count_bound: np.ndarray | float,
     fewest: int = 9,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return estimates that are clear, 0 for the others, and the confidence intervals of all.
 
     With n = (probability / error)², an estimate is as uncertain as a count of n samples of equal
     weights. Fewer than `fewest` are not clear: they are bounded like none at all, whose weights may
-    be larger than theirs, and by Poisson's distribution. `most` bounds all estimates, and `none`
-    those without any sample.
+    be larger than theirs, and by Poisson's distribution. `upper_bound` bounds all estimates,
+    and `zero_count_bound` those without any sample.
     """
-    some = (probability > 0) & (error > 0)
-    n = np.divide(probability, error, out=np.full(probability.shape, np.inf), where=some) ** 2
-    few = some & (n < fewest)
-    estimates = np.where(few, 0.0, probability)
-    low, high = interval(estimates, error, none)
-    count = np.where(few, n, 1.0)
+    uncertain_mask = (probability > 0) & (error > 0)
+    n = (
+        np.divide(probability, error, out=np.full(probability.shape, np.inf), where=uncertain_mask)
+        ** 2
+    )
+    unclear_mask = uncertain_mask & (n < fewest)
+    estimates = np.where(unclear_mask, 0.0, probability)
+    low, high = interval(estimates, error, zero_count_bound)
+    count = np.where(unclear_mask, n, 1.0)
     bound = probability / count * gammaincinv(count + 1, 0.975)
-    return estimates, low, np.where(few, np.minimum(most, np.maximum(none, bound)), high)
+    return (
+        estimates,
+        low,
+        np.where(unclear_mask, np.minimum(upper_bound, np.maximum(zero_count_bound, bound)), high),
+    )
 
 
 def missed_at(k: float) -> float:
@@ -159,9 +170,9 @@ def missed_at(k: float) -> float:
 
 def estimate(
     state: LimitState,
-    near: LimitState,
+    search_state: LimitState,
     eta: np.ndarray,
-    known: Rare,
+    rare_samples: Rare,
     accuracy: float,
     rng: np.random.Generator,
     *,
@@ -169,50 +180,54 @@ def estimate(
 ) -> Estimate:
     """Return the probability of leaving limits at one η.
 
-    Mixtures are found around `known` rare samples with `near`, the state at the times that decide.
+    Mixtures are found around `rare_samples` with `search_state`, at the times that decide.
     Sampling ends at the relative standard error `accuracy`.
     """
     # How many standard deviations from the mean the limit is, at least 1.
-    k = max(1.0, -float(ndtri(min(max(known.probability, 1e-300), 0.5))))
+    k = max(1.0, -float(ndtri(min(max(rare_samples.probability, 1e-300), 0.5))))
     moved = missed_at(k)
-    mixture = mixture_around(partial(near.least, eta=eta), known.u, rng, options=options)
+    mixture = mixture_around(
+        partial(search_state.least, eta=eta), rare_samples.u, rng, options=options
+    )
     sums = _Sums(state, moved, options)
     batch = options.batch_samples
     while True:
         u = mixture.sample(batch, rng)
         sums.add(u, eta, mixture.weights(u))
-        result = sums.estimate(known.probability)
+        result = sums.estimate(rare_samples.probability)
         enough = result.probability and result.error <= accuracy * result.probability
-        if enough or len(result.u) + batch > options.max_samples or not len(known.u):
+        if enough or len(result.u) + batch > options.max_samples or not len(rare_samples.u):
             break
     if state.exact:
         return result
-    least = partial(state.tighter(moved).least, eta=eta)
-    first = rare(least, known.u.shape[1], rng, options.moved_samples, options=options.subset)
-    mixture = mixture_around(least, first.u, rng, rounds=1, options=options)
+    least_margin = partial(state.tighter(moved).least, eta=eta)
+    first = rare(
+        least_margin, rare_samples.u.shape[1], rng, options.moved_samples, options=options.subset
+    )
+    mixture = mixture_around(least_margin, first.u, rng, rounds=1, options=options)
     u = mixture.sample(batch, rng)
-    inside = mixture.weights(u) * (least(u) < 0)
+    inside = mixture.weights(u) * (least_margin(u) < 0)
     tighter_one = min(1.0, float(inside.mean()) or first.probability)
     return replace(result, tighter=max(result.probability, tighter_one))
 
 
 def mixture_around(
-    least: Margins,
-    known: np.ndarray,
+    least_margin: Margins,
+    rare_samples: np.ndarray,
     rng: np.random.Generator,
     rounds: int | None = None,
     *,
     options: ImportanceOptions = ImportanceOptions(),
 ) -> Mixture:
-    """Return a mixture around `known` rare samples, (count, n), and then around those it finds.
+    """Return a mixture around `rare_samples`, (count, n), and then around those it finds.
 
     There may be none; `rounds` are the mixtures after the first one, by default the options'.
     """
-    mixture = Mixture.from_samples(known, rng, options=options.subset.mixture)
-    for _ in range((rounds or options.mixture_rounds) * bool(len(known))):
+    mixture = Mixture.from_samples(rare_samples, rng, options=options.subset.mixture)
+    for _ in range((rounds or options.mixture_rounds) * bool(len(rare_samples))):
         u = mixture.sample(options.batch_samples, rng)
-        weights = mixture.weights(u) * (least(u) < 0)
-        if np.count_nonzero(weights) <= 2 * known.shape[1]:
+        weights = mixture.weights(u) * (least_margin(u) < 0)
+        if np.count_nonzero(weights) <= 2 * rare_samples.shape[1]:
             break
         share = weights / weights.sum()
         around = u[rng.choice(len(u), options.mixture_samples, p=share)]
@@ -229,7 +244,7 @@ class _Sums:
         self.options = options
         self.u: list[np.ndarray] = []
         self.rows: list[np.ndarray] = []
-        self.each = np.zeros((2, state.width))
+        self.series_sums = np.zeros((2, state.width))
 
     def add(self, u: np.ndarray, eta: np.ndarray, weights: np.ndarray) -> None:
         """Add samples."""
@@ -243,53 +258,59 @@ class _Sums:
             ]
             errors = [self.moved * part.error / part.scale for part in parts]
             pairs = list(zip(margins, errors, strict=True))
-            least = least_of(margins)
+            least_margins = least_of(margins)
             looser = np.min([(margin + e).min(axis=(1, 2)) for margin, e in pairs], axis=0)
-            between = np.stack([least, least, least])
-            samples = slice(None) if impacts else least >= 0  # others are out in any case
+            all_time_margins = np.stack([least_margins, least_margins, least_margins])
+            samples = slice(None) if impacts else least_margins >= 0  # others are out in any case
             for part, part_sides in zip(parts, sides, strict=True):
                 lower = part.least_between(part_sides[samples], impacts=impacts)
-                between[:, samples] = np.minimum(between[:, samples], lower)
+                all_time_margins[:, samples] = np.minimum(all_time_margins[:, samples], lower)
             out = np.concatenate(
                 [(margin < 0).reshape(len(margin), -1) for margin in margins], axis=1, dtype=float
             )
             powers = np.stack([weights[block], weights[block] ** 2])
-            return np.stack([weights[block], least, looser, *between]), powers @ out
+            return np.stack(
+                [weights[block], least_margins, looser, *all_time_margins]
+            ), powers @ out
 
         blocks = self.state.reduced(u, eta, reduce, LimitedOutputs.sides)
         self.u.append(u)
         self.rows += [rows for rows, _ in blocks]
-        for _, each in blocks:
-            self.each += each
+        for _, sums in blocks:
+            self.series_sums += sums
 
-    def estimate(self, most: float) -> Estimate:
-        """Return the estimate of all samples; `most` bounds it if none leaves the limits."""
+    def estimate(self, subset_probability: float) -> Estimate:
+        """Return the estimate of all samples; `subset_probability` bounds it without any."""
         weights, *margins = np.concatenate(self.rows, axis=1)
         count = len(weights)
         out = np.array(margins) < 0
         moments = np.stack([out @ weights, out @ weights**2])
-        every = np.array([weights.sum(), (weights**2).sum()])
-        (least, looser, *between), (error, _, *between_error) = probabilities(moments, every, count)
+        weight_sums = np.array([weights.sum(), (weights**2).sum()])
+        (probability, looser, *between_times), (error, _, *between_times_error) = probabilities(
+            moments, weight_sums, count
+        )
         # Each chooses for itself, and leaving at one time is no likelier than at any.
-        each, each_error = probabilities(self.each, every, count)
+        series_probability, series_error = probabilities(self.series_sums, weight_sums, count)
         return Estimate(
-            float(least), float(error), float(min(looser, least)), float(least),
-            np.maximum(between, least), np.array(between_error),
-            np.minimum(least, each), each_error, most,
+            float(probability), float(error), float(min(looser, probability)), float(probability),
+            np.maximum(between_times, probability), np.array(between_times_error),
+            np.minimum(probability, series_probability), series_error, subset_probability,
             np.concatenate(self.u), weights, margins[0], self.options,
         )  # fmt: skip
 
 
-def probabilities(out: np.ndarray, every: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+def probabilities(
+    out: np.ndarray, weight_sums: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Return probabilities of leaving limits, from sums over samples, and standard errors.
 
     The mean of all weights is one, so that those of samples that stay within the limits tell the
     probability as well: without error, if there are none. Whichever has the smaller error is taken.
     `out` are the sums of the weights of samples that leave the limits, and of their squares,
-    (2, any), and `every` those of all samples, (2,).
+    (2, any), and `weight_sums` those of all samples, (2,).
     """
     leave = out / count
-    stay = (every[:, None] - out) / count
+    stay = (weight_sums[:, None] - out) / count
     errors = [np.sqrt(np.maximum(b - a**2, 0.0) / count) for a, b in (leave, stay)]
     by_others = (errors[1] < errors[0]) & (stay[0] < 1)
     probability = np.where(by_others, 1 - np.maximum(stay[0], 0.0), np.minimum(leave[0], 1.0))

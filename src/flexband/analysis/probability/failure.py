@@ -176,6 +176,7 @@ def limit_probabilities(
     corridors_of = {label: corridors(limits, labels, label) for label in surrogates}
     for label, case in surrogates.items():
         check_instantaneous(corridors_of[label], case.diagnostics.attrs)
+    # Refuse what has no probability, and limits that leave nothing between them.
     names = list(next(iter(corridors_of.values())))
     tolerances = {
         label: scattering_tolerances(scatter, case.space) for label, case in surrogates.items()
@@ -185,6 +186,7 @@ def limit_probabilities(
         names.append(ANY)
         for limit_corridors in corridors_of.values():
             joint(limit_corridors)  # which refuses limits that leave nothing between them
+    # Find the probabilities of each limit and of any, for each combination of options.
     results = {}
     boxes = [case.space.interval_dimension for case in surrogates.values()]
     intervals = scatter is None and any(boxes)
@@ -192,13 +194,13 @@ def limit_probabilities(
     runs_of_limit = dict.fromkeys(names, runs) if decided is None else decided
     bounds = 1 + (intervals and decided is None)
     counts = list(runs_of_limit.values())
-    with models(surrogates, response, counts, bounds, progress, **options) as known:
+    with models(surrogates, response, counts, bounds, progress, **options) as models_by_label:
         for label, case in surrogates.items():
-            each = [
+            per_limit = [
                 first_passage(
                     case,
                     any_of,
-                    known[label](runs_of_limit.get(name)),
+                    models_by_label[label](runs_of_limit.get(name)),
                     accuracy,
                     seed,
                     tolerances=tolerances[label],
@@ -209,19 +211,20 @@ def limit_probabilities(
                 )
             ]
             if response is not None:
-                each = [_with_counts(part) for part in each]
-            if len(each) > 1:
-                each[-1] = _no_less(each[-1], each[:-1])
-            joined = xr.concat(each, "limit").assign_coords(limit=names)
-            exact = joined["exact"]
-            by_runs = joined["runs"] > 0 if "runs" in joined else exact
-            joined = with_bounds(joined, exact | by_runs, STATED, BETWEEN)
-            results[label] = with_bounds(joined, exact, AT_EACH).drop_vars("exact")
+                per_limit = [_with_counts(part) for part in per_limit]
+            if len(per_limit) > 1:
+                per_limit[-1] = _no_less(per_limit[-1], per_limit[:-1])
+            all_limits = xr.concat(per_limit, "limit").assign_coords(limit=names)
+            exact = all_limits["exact"]
+            by_runs = all_limits["runs"] > 0 if "runs" in all_limits else exact
+            all_limits = with_bounds(all_limits, exact | by_runs, STATED, BETWEEN)
+            results[label] = with_bounds(all_limits, exact, AT_EACH).drop_vars("exact")
+    # Withhold what surrogates are not good enough for, and say why.
     result = results[""] if "" in results else _over_choices(results)
     if any(map(missed_tolerance, surrogates.values())):
-        kept = {"samples", "runs", "disagreements", "probability_at", "probability_choice"}
+        exempt_names = {"samples", "runs", "disagreements", "probability_at", "probability_choice"}
         by_runs = {"surrogate_probability", *STATED, *BETWEEN} if "runs" in result else set()
-        others = [str(k) for k in result.data_vars if k not in kept | by_runs]
+        others = [str(k) for k in result.data_vars if k not in exempt_names | by_runs]
         result = withheld(withheld(result, others), sorted(by_runs), result.get("runs", 0) == 0)
     result = result.transpose("input", "bound", "limit", ..., missing_dims="ignore")
     case = next(iter(surrogates.values()))
@@ -259,9 +262,9 @@ def _beyond_samples(surrogates: Mapping[str, Surrogate], result: xr.Dataset) -> 
     rarest = float(largest.where(result["between_times_high"].isel(bound=-1) > 0).min())
     inputs = dict(pair for case in surrogates.values() for pair in case.space.inputs.items())
     return [
-        f"Probabilities below 1/{len(given.values)} rest on the smoothing of {name}, {given!r}"
-        for name, given in inputs.items()
-        if isinstance(given, Samples) and rarest < 1 / len(given.values)
+        f"Probabilities below 1/{len(input_.values)} rest on the smoothing of {name}, {input_!r}"
+        for name, input_ in inputs.items()
+        if isinstance(input_, Samples) and rarest < 1 / len(input_.values)
     ]
 
 
@@ -272,10 +275,10 @@ def _check(surrogates: Mapping[str, Surrogate], *, scatters: bool) -> None:
         raise InputError(
             "surrogate must have random inputs; check_limits takes one with intervals alone"
         )
-    if chosen := [name for space in spaces for name in compensators(space)]:
+    if compensator_names := [name for space in spaces for name in compensators(space)]:
         raise InputError(
             f"surrogate must have no Compensator, which is adjusted, not left to chance; got "
-            f"{chosen[0]}. check_limits and allocate adjust it"
+            f"{compensator_names[0]}. check_limits and allocate adjust it"
         )
 
 
@@ -299,10 +302,10 @@ def _no_less(union: xr.Dataset, limits: Sequence[xr.Dataset]) -> xr.Dataset:
     """
     kinds = ("at_each_time", "between_times")
     for limit in limits:
-        more = {k: limit[k] > union[k] for k in ("probability", *kinds)}
+        larger_masks = {k: limit[k] > union[k] for k in ("probability", *kinds)}
         for name in union:
             kind = next((k for k in kinds if str(name).startswith(k)), "probability")
-            union[name] = limit[name].where(more[kind], union[name])
+            union[name] = limit[name].where(larger_masks[kind], union[name])
     return union
 
 
@@ -313,16 +316,20 @@ def _over_choices(results: Mapping[str, xr.Dataset]) -> xr.Dataset:
     combination whose interval ends the lowest or the highest. Another one may be less likely than
     the least of these: the interval begins with the lowest.
     """
-    every = xr.concat(list(results.values()), "choice", join="exact")
-    upper = every["bound"] == "upper"
-    chosen = {}
+    all_choices = xr.concat(list(results.values()), "choice", join="exact")
+    upper = all_choices["bound"] == "upper"
+    variables = {}
     for value, low, high in (STATED, BETWEEN, AT_EACH):
-        end = every[high].fillna(0.0)  # at times without a limit
+        end = all_choices[high].fillna(0.0)  # at times without a limit
         which = xr.where(upper, end.argmax("choice"), end.argmin("choice"))
-        names = [k for k in every if str(k).startswith(value)] if value != STATED[0] else every
-        chosen |= {k: every[k].isel(choice=which) for k in names}
-        chosen[low] = chosen[low].where(upper, every[low].min("choice"))
+        names = (
+            [k for k in all_choices if str(k).startswith(value)]
+            if value != STATED[0]
+            else all_choices
+        )
+        variables |= {k: all_choices[k].isel(choice=which) for k in names}
+        variables[low] = variables[low].where(upper, all_choices[low].min("choice"))
         if value == STATED[0]:
             labels = xr.DataArray(list(results), dims="choice")
-            chosen["probability_choice"] = labels.isel(choice=which).transpose("bound", "limit")
-    return xr.Dataset(chosen)
+            variables["probability_choice"] = labels.isel(choice=which).transpose("bound", "limit")
+    return xr.Dataset(variables)

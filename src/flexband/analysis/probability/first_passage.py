@@ -59,48 +59,65 @@ def first_passage(
     if tolerances is not None:
         space, n, m = Space({}), n + tolerances.dimension, 0
         state = replace(state, tolerances=tolerances)
-    searched = state if model is None else with_missed(state, model, n, m, rng)
+    corrected_state = state if model is None else with_missed(state, model, n, m, rng)
+    # Search the ends, and sample there; with all times, if those that decide leave out too much.
     for thin in (True, False):
-        eta, known, noise, near = ends(searched, n, m, rng, thin=thin, options=search)
-        near = replace(near, missed=None)
+        eta, rare_samples, noise, search_state = ends(
+            corrected_state, n, m, rng, thin=thin, options=search
+        )
+        search_state = replace(search_state, missed=None)
         if model is not None:
-            known = [rare_at(state, place, n, rng, options=search) for place in eta]
-        places_and_rare = list(zip(eta, known, strict=True))[: 1 + (m > 0)]
+            rare_samples = [rare_at(state, place, n, rng, options=search) for place in eta]
+        places_and_rare = list(zip(eta, rare_samples, strict=True))[: 1 + (m > 0)]
         estimates = [
-            estimate(state, near, at, rare, accuracy, rng, options=search.importance)
+            estimate(state, search_state, at, rare, accuracy, rng, options=search.importance)
             for at, rare in places_and_rare
         ]
-        unseen = [_unseen_share(near, at, part) for at, part in zip(eta, estimates, strict=False)]
+        unseen = [
+            _unseen_share(search_state, at, part) for at, part in zip(eta, estimates, strict=False)
+        ]
         if max(unseen) <= max_unseen:
             break
+    # Correct the ends with runs, and put them in order.
     raw = [replace(part, noise=float(e)) for part, e in zip(estimates, noise, strict=False)]
     final = list[Estimate | Correction](raw)
     if model is not None:
-        counted = range(len(raw))[-1 if worst_alone else 0 :]
-        firsts = {k: Place(eta[k], known[k], raw[k].noise) for k in counted}
-        judged = corrected_at_worst(state, searched, model, firsts, accuracy, rng, search)
-        for k, (place, final[k]) in judged.items():
+        end_numbers = range(len(raw))[-1 if worst_alone else 0 :]
+        firsts = {k: Place(eta[k], rare_samples[k], raw[k].noise) for k in end_numbers}
+        corrections = corrected_at_worst(
+            state, corrected_state, model, firsts, accuracy, rng, search
+        )
+        for k, (place, final[k]) in corrections.items():
             if place is not firsts[k]:
-                eta[k], known[k] = place.eta, place.known
+                eta[k], rare_samples[k] = place.eta, place.rare_samples
                 raw[k] = estimate(
-                    state, state, place.eta, place.known, accuracy, rng, options=search.importance
+                    state,
+                    state,
+                    place.eta,
+                    place.rare_samples,
+                    accuracy,
+                    rng,
+                    options=search.importance,
                 )
                 raw[k] = replace(raw[k], noise=place.noise)
     eta, raw, final = _order_ends(eta, raw, final)
+    # Bound the probabilities at each time, and allow for what the surrogate may miss.
     dims = labels.dims[1:]
     if m:
-        limited = at_each_time(state, m, known, raw, rng)
+        limited = at_each_time(state, m, rare_samples, raw, rng)
     else:
         limited = np.stack(raw[0].told_at_each())[:, None], np.zeros((1, state.width, 0))
-    each, places_of = _everywhere(state, *limited, labels.shape[1:])
-    values, stated, between = _with_errors(surrogate, state, raw, final, each)
+    time_probabilities, places_of = _everywhere(state, *limited, labels.shape[1:])
+    values, confidence, between_times = _with_errors(
+        surrogate, state, raw, final, time_probabilities
+    )
     of_bounds = {
         "probability": values,
-        "confidence_low": stated[0],
-        "confidence_high": stated[1],
+        "confidence_low": confidence[0],
+        "confidence_high": confidence[1],
         "limit_looser": [part.looser for part in raw],
         "limit_tighter": [max(part.tighter, part.probability) for part in raw],
-        **dict(zip(BETWEEN, between, strict=True)),
+        **dict(zip(BETWEEN, between_times, strict=True)),
         "surrogate_probability": [part.probability for part in raw],
         "samples": [len(part.u) for part in raw],
     }
@@ -114,9 +131,13 @@ def first_passage(
         of_bounds |= {"runs": runs, "disagreements": disagreements}
     data: Variables = {name: ("bound", values) for name, values in of_bounds.items()}
     data["exact"] = _is_exact(state, surrogate)
-    data |= {name: (("bound", *dims), v) for name, v in zip(AT_EACH, each, strict=True)}
+    data |= {
+        name: (("bound", *dims), v) for name, v in zip(AT_EACH, time_probabilities, strict=True)
+    }
     data |= places("probability_at", space, eta, ("bound",), (2,))
-    data |= places("at_each_time_at", space, places_of, ("bound", *dims), each.shape[1:])
+    data |= places(
+        "at_each_time_at", space, places_of, ("bound", *dims), time_probabilities.shape[1:]
+    )
     coords = {str(k): c.variable for k, c in coordinates(labels).items()}
     result = xr.Dataset(data, {**coords, "bound": BOUNDS})
     return result.set_coords("input") if "input" in result else result
@@ -126,13 +147,13 @@ class Place(NamedTuple):
     """Values of the interval inputs at which a probability is the least or the largest."""
 
     eta: np.ndarray
-    known: Rare  # rare samples of the surrogate alone
+    rare_samples: Rare  # of the surrogate alone
     noise: float  # of the search
 
 
 def corrected_at_worst(
     state: LimitState,
-    searched: LimitState,
+    corrected_state: LimitState,
     model: ResponseModel,
     firsts: Mapping[int, Place],
     accuracy: float,
@@ -141,31 +162,33 @@ def corrected_at_worst(
 ) -> dict[int, tuple[Place, Correction]]:
     """Return places with the least (0) and the largest (1) probability, and what runs say there.
 
-    The surrogate alone, and what few runs have taught (`searched`), may each mislead a search. Runs
-    are made at the `firsts` and, unless these confirm the surrogate, at the places to which the
-    surrogate alone leads, and what all runs have taught.
+    The surrogate alone, and what few runs have taught (`corrected_state`), may each mislead a
+    search. Runs are made at the `firsts` and, unless these confirm the surrogate, at the places to
+    which the surrogate alone leads, and what all runs have taught.
     """
     first = next(iter(firsts.values()))
-    n, m = first.known.u.shape[1], len(first.eta)
+    n, m = first.rare_samples.u.shape[1], len(first.eta)
     places: dict[int, list[tuple[Place, Correction]]] = {k: [] for k in firsts}
 
     def judge(k: int, place: Place) -> LimitState:
-        near = rare_at(searched, place.eta, n, rng, options=search)
-        there = correct_probability(searched, model, place.eta, near, accuracy, rng, place.noise)
-        places[k].append((place, there))
-        return replace(searched, missed=there.missed)
+        samples = rare_at(corrected_state, place.eta, n, rng, options=search)
+        correction = correct_probability(
+            corrected_state, model, place.eta, samples, accuracy, rng, place.noise
+        )
+        places[k].append((place, correction))
+        return replace(corrected_state, missed=correction.missed)
 
     for k, place in firsts.items():
-        searched = judge(k, place)
-    settled = all(there.confirmed for of_end in places.values() for _, there in of_end)
+        corrected_state = judge(k, place)
+    settled = all(correction.confirmed for of_end in places.values() for _, correction in of_end)
     for all_runs in () if settled or not m else (False, True):
-        lead = searched if all_runs else state
+        lead = corrected_state if all_runs else state
         eta, _, noise, _ = ends(lead, n, m, rng, options=search)
         for k in firsts:
-            apart = [np.abs(eta[k] - place.eta).max() for place, _ in places[k]]
-            if min(apart) > search.same_distance:
-                known = rare_at(state, eta[k], n, rng, options=search)
-                searched = judge(k, Place(eta[k], known, float(noise[k])))
+            distances = [np.abs(eta[k] - place.eta).max() for place, _ in places[k]]
+            if min(distances) > search.same_distance:
+                rare_samples = rare_at(state, eta[k], n, rng, options=search)
+                corrected_state = judge(k, Place(eta[k], rare_samples, float(noise[k])))
     return {k: _worst(of_end, largest=k > 0) for k, of_end in places.items()}
 
 
@@ -175,8 +198,10 @@ def _worst(
     """Return the place with the least or the largest probability, and the ends of all of them."""
     extreme = max if largest else min
     place, correction = extreme(places, key=lambda pair: pair[1].probability)
-    low, high = (extreme(getattr(there, end) for _, there in places) for end in ("low", "high"))
-    runs = sum(there.runs for _, there in places)
+    low, high = (
+        extreme(getattr(candidate, end) for _, candidate in places) for end in ("low", "high")
+    )
+    runs = sum(candidate.runs for _, candidate in places)
     return place, replace(correction, low=low, high=high, runs=runs)
 
 
@@ -186,12 +211,12 @@ def _order_ends(
     """Return places and estimates of the least and the largest probability, in this order."""
     if len(final) == 1:  # without intervals
         return eta, raw * 2, final * 2
-    least, largest = final
-    if type(least) is not type(largest) or least.probability <= largest.probability:
+    smallest, largest = final
+    if type(smallest) is not type(largest) or smallest.probability <= largest.probability:
         return eta, raw, final
-    # both ends of what hardly depends on η
-    apart = least.confidence()[0] > largest.confidence()[1]  # else the search tells them apart
-    return eta[::-1] if apart else eta, raw[::-1], final[::-1]
+    # Both ends of what hardly depends on η: the search tells them apart, unless intervals do.
+    disjoint = smallest.confidence()[0] > largest.confidence()[1]
+    return eta[::-1] if disjoint else eta, raw[::-1], final[::-1]
 
 
 def _is_exact(state: LimitState, surrogate: Surrogate) -> bool:
@@ -204,34 +229,37 @@ def _with_errors(
     state: LimitState,
     raw: Sequence[Estimate],
     final: Sequence[Estimate | Correction],
-    each: np.ndarray,
+    time_probabilities: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return probabilities at any time, (bound,), their intervals, and those between the times.
 
-    What the surrogate may miss makes intervals wider that no runs correct; also those of `each`
-    time, (3, bound, …), which are changed. `raw` are estimates by the surrogate.
+    What the surrogate may miss makes intervals wider that no runs correct; also those of
+    `time_probabilities`, (3, bound, …), which are changed. `raw` are estimates by the surrogate.
     """
-    stated = np.array([part.confidence() for part in final]).T
-    between = _probabilities_between_times(raw, final)
+    confidence = np.array([part.confidence() for part in final]).T
+    between_times = _probabilities_between_times(raw, final)
     by_runs = np.array([isinstance(part, Correction) for part in final])
     if _is_exact(state, surrogate):
         pass
     elif tails_are_judged(surrogate):
         grown = np.transpose([allowance(part) for part in raw])
-        moved = each[1:] * grown.reshape(2, 2, *[1] * (each.ndim - 2))
-        each[1:] = np.sort(np.minimum(1.0, moved), axis=1)
+        moved = time_probabilities[1:] * grown.reshape(2, 2, *[1] * (time_probabilities.ndim - 2))
+        time_probabilities[1:] = np.sort(np.minimum(1.0, moved), axis=1)
         grown = np.where(by_runs, 1.0, grown)
-        stated = np.minimum(1.0, stated * grown)
-        between[1:] = np.minimum(1.0, between[1:] * grown)
+        confidence = np.minimum(1.0, confidence * grown)
+        between_times[1:] = np.minimum(1.0, between_times[1:] * grown)
     else:
         anything = np.reshape(ANYTHING, (2, 1))
-        of_each = anything.reshape(2, *[1] * (each.ndim - 1))
-        each[1:] = np.where(np.isnan(each[1:]), np.nan, of_each)
-        stated, between[1:] = (np.where(by_runs, pair, anything) for pair in (stated, between[1:]))
+        time_bounds = anything.reshape(2, *[1] * (time_probabilities.ndim - 1))
+        time_probabilities[1:] = np.where(np.isnan(time_probabilities[1:]), np.nan, time_bounds)
+        confidence, between_times[1:] = (
+            np.where(by_runs, pair, anything) for pair in (confidence, between_times[1:])
+        )
     values = np.array([part.probability for part in final])
-    for pair in (values, *stated, *between):  # the least probability is no larger than the largest
+    # The least probability is no larger than the largest.
+    for pair in (values, *confidence, *between_times):
         pair[0] = min(pair)
-    return values, stated, between
+    return values, confidence, between_times
 
 
 def _everywhere(
@@ -242,14 +270,14 @@ def _everywhere(
     The shapes of probabilities and η are (3, 2, series) and (2, series, m); bounds may be the same.
     """
     count = max(1, int(np.prod(shape)))
-    each = np.full((3, 2, count), np.nan)
+    all_probabilities = np.full((3, 2, count), np.nan)
     places_of = np.full((2, count, eta.shape[-1]), np.nan)
     inside = state.inside
-    every = slice(None)
+    all_rows = slice(None)
     at = state.series[inside]  # several limits may be on one output: the most likely counts
-    np.fmax.at(each, (every, every, at), probabilities[..., inside])  # pyright: ignore
+    np.fmax.at(all_probabilities, (all_rows, all_rows, at), probabilities[..., inside])  # pyright: ignore
     places_of[:, at] = eta[:, inside]
-    return each.reshape(3, 2, *shape), places_of
+    return all_probabilities.reshape(3, 2, *shape), places_of
 
 
 def _probabilities_between_times(
@@ -262,24 +290,25 @@ def _probabilities_between_times(
     probabilities = []
     for part, correction in zip(raw, final, strict=True):
         low, high = part.confidence_between()
-        value = part.between[0]
+        value = part.between_times[0]
         if isinstance(correction, Correction):
             (low, high), grown = correction.confidence(), np.ones(3)
             if part.probability:  # as many more samples leave the limits between the times
-                grown = part.between / part.probability
+                grown = part.between_times / part.probability
             value, low, high = grown * [correction.probability, low, high]
-            sampled = part.between_error / np.maximum(part.between, 1e-300)  # of the samples alone
+            # The errors of the samples alone.
+            sampled = part.between_times_error / np.maximum(part.between_times, 1e-300)
             low = low * np.exp(-TWO_SIDED * sampled[1])
             high = high * np.exp(TWO_SIDED * sampled[2])
         probabilities.append(np.minimum([value, low, high], 1.0))
-    alike = len(set(map(type, final))) == 1
-    each = np.transpose(probabilities)
-    return np.sort(each, axis=1) if alike else each
+    same_kind = len(set(map(type, final))) == 1
+    per_bound = np.transpose(probabilities)
+    return np.sort(per_bound, axis=1) if same_kind else per_bound
 
 
-def _unseen_share(near: LimitState, eta: np.ndarray, raw: Estimate) -> float:
+def _unseen_share(search_state: LimitState, eta: np.ndarray, raw: Estimate) -> float:
     """Return which part of the samples that leave limits does so at other times than a state's."""
     out = raw.margins < 0
-    missed = raw.weights[out] * (near.least(raw.u[out], eta) >= 0)
-    every = raw.weights[out].sum()
-    return float(missed.sum() / every) if every else 0.0
+    missed = raw.weights[out] * (search_state.least(raw.u[out], eta) >= 0)
+    total_weight = raw.weights[out].sum()
+    return float(missed.sum() / total_weight) if total_weight else 0.0

@@ -72,23 +72,23 @@ class Mixture:
         for group in _groups(inside, rng, options):
             part = len(group) / len(samples)
             middle = basis @ group.mean(axis=0)
-            several = len(group) >= options.min_members * r
-            if several:
+            has_covariance = len(group) >= options.min_members * r
+            if has_covariance:
                 covariance = options.widened**2 * np.cov(group.T).reshape(r, r) + 1e-4 * np.eye(r)
                 means.append(middle)
                 factors.append(full(covariance))
                 shares.append(options.group_share * part)
             means.append(middle)
             factors.append(unit)
-            shares.append((options.unit_share + options.group_share * (not several)) * part)
+            shares.append((options.unit_share + options.group_share * (not has_covariance)) * part)
         return Mixture(np.array(means), np.array(factors), np.array(shares) / sum(shares))
 
     @staticmethod
-    def mean(*several: Mixture) -> Mixture:
+    def mean(*mixtures: Mixture) -> Mixture:
         """Return some mixtures in equal parts."""
-        each = ((mixture.means, mixture.factors, mixture.shares) for mixture in several)
-        means, factors, shares = map(np.concatenate, zip(*each, strict=True))
-        return Mixture(means, factors, shares / len(several))
+        fields = ((mixture.means, mixture.factors, mixture.shares) for mixture in mixtures)
+        means, factors, shares = map(np.concatenate, zip(*fields, strict=True))
+        return Mixture(means, factors, shares / len(mixtures))
 
     @cached_property
     def _inverses(self) -> tuple[np.ndarray, np.ndarray]:

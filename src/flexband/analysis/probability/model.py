@@ -37,9 +37,9 @@ class ResponseModel:
 
     def __call__(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the response, (points, …), at ξ (points, n) and at η (points, m) or (m,)."""
-        evaluated = self.evaluate((xi, np.broadcast_to(eta, (len(xi), eta.shape[-1]))))
-        assert evaluated.values is not None
-        return evaluated.values.values
+        evaluation = self.evaluate((xi, np.broadcast_to(eta, (len(xi), eta.shape[-1]))))
+        assert evaluation.values is not None
+        return evaluation.values.values
 
 
 @contextmanager

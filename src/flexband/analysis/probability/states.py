@@ -55,31 +55,33 @@ class LimitedOutputs:
         They are an estimate, what they are at most, and at least: curves between the times tell,
         and what outputs do there in some runs.
         """
-        least = np.full((3, len(sides)), np.inf)
+        least_margins = np.full((3, len(sides)), np.inf)
         if self.axis is None:
-            return least
+            return least_margins
         for side, curve in enumerate((self.lower, self.upper)):
             rows = np.asarray(np.isfinite(curve).all(axis=1))
             if not rows.any():
                 continue
             curves = least_between(sides[:, side, rows], self.axis, impacts=impacts)
-            three = self._between(curves, side, rows, impacts=impacts)
-            least = np.minimum(least, [each.min(axis=(1, 2), initial=np.inf) for each in three])
+            estimates = self._between(curves, side, rows, impacts=impacts)
+            least_margins = np.minimum(
+                least_margins, [margins.min(axis=(1, 2), initial=np.inf) for margins in estimates]
+            )
         if impacts:
             lowest = lowest_of_impacts(sides.min(axis=1), self.axis)
-            least[2] = np.minimum(least[2], lowest.min(axis=1))
-        return least
+            least_margins[2] = np.minimum(least_margins[2], lowest.min(axis=1))
+        return least_margins
 
     def _between(
         self, curves: LeastBetween, side: int, rows: np.ndarray, *, impacts: bool
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         beyond = (self.beyond / self.scale)[:, side, rows, :-1]
-        surely, most = curves.ends - beyond[:, None]
+        highest, lowest = curves.ends - beyond[:, None]
         if impacts:
-            return surely, surely, np.minimum(most, curves.lowest)
+            return highest, highest, np.minimum(lowest, curves.lowest)
         if not self.beyond.any():
-            surely = np.minimum(surely, curves.at_most)
-        return np.minimum(surely, curves.estimate), surely, np.minimum(most, curves.lowest)
+            highest = np.minimum(highest, curves.at_most)
+        return np.minimum(highest, curves.estimate), highest, np.minimum(lowest, curves.lowest)
 
     def margins(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return margins in parts of the scale, (points, outputs, times), ∞ out of the window."""
@@ -158,13 +160,15 @@ class LimitState:
             outputs = expansion.outputs[limited[expansion.outputs]]
             if not len(outputs):
                 continue
+            # Select the times in and next to the window.
             axis = TimeAxis.from_labels(labels, corridor.window)
-            near = slice(None)
+            window_times = slice(None)
             if axis is not None:
-                near = (at := axis.near())
+                window_times = (at := axis.near())
                 axis = axis.at(at)
-            at = np.arange(times)[near]
+            at = np.arange(times)[window_times]
             part = expansion.select(outputs, at)
+            # Find the scale of each output: its standard deviation, unless that is round-off.
             values = part.evaluate(of_normals(u, space.families), eta)
             spread = values.std(axis=0).max(axis=1, keepdims=True)
             size = np.abs(values).max(axis=(0, 2))[:, None]
@@ -173,7 +177,7 @@ class LimitState:
             part_error = error.reshape(-1, times)[index]
             scale = np.broadcast_to(scale, part_error.shape)
             bounds = lower[index], upper[index], part_error, scale, number[index]
-            inside = np.broadcast_to(corridor.inside, times)[near]
+            inside = np.broadcast_to(corridor.inside, times)[window_times]
             parts.append(LimitedOutputs(part, *bounds, beyond[:, :, *index], inside, axis))
         impacts = bool(BandRecord.read(surrogate.diagnostics).impacts)
         return LimitState(space.families, tuple(parts), impacts)
@@ -245,10 +249,10 @@ class LimitState:
     def least(self, u: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the least margin of each sample, shape (points,)."""
         blocks = self.reduced(u, eta, lambda _, margins: least_of(margins))
-        least = np.concatenate([np.zeros(0), *blocks])
+        least_margins = np.concatenate([np.zeros(0), *blocks])
         if self.missed is not None and len(u):
-            least += self.missed.expected(with_eta(u, eta)) / self.unit
-        return least
+            least_margins += self.missed.expected(with_eta(u, eta)) / self.unit
+        return least_margins
 
     def least_of_response(self, values: np.ndarray) -> np.ndarray:
         """Return the least margin of runs of the response, shape (points, …), in (points,)."""
@@ -288,8 +292,8 @@ class LimitState:
         """
 
         def decide(_: slice, margins: list[np.ndarray]) -> list[np.ndarray]:
-            least = np.maximum(least_of(margins)[:, None, None], slack)
-            return [np.any(part_margins <= least, axis=(0, 1)) for part_margins in margins]
+            thresholds = np.maximum(least_of(margins)[:, None, None], slack)
+            return [np.any(part_margins <= thresholds, axis=(0, 1)) for part_margins in margins]
 
         part_masks = zip(*self.reduced(u, eta, decide), strict=True)
         return [np.any(masks, axis=0) for masks in part_masks]
@@ -298,9 +302,9 @@ class LimitState:
         """Return the state at some times of each part, and their neighbours."""
         parts = []
         for part, mask in zip(self.parts, times, strict=True):
-            near = mask.copy()
-            near[1:] |= mask[:-1]
-            near[:-1] |= mask[1:]
-            if near.any():
-                parts.append(part.at(np.flatnonzero(near)))
+            neighbourhood = mask.copy()
+            neighbourhood[1:] |= mask[:-1]
+            neighbourhood[:-1] |= mask[1:]
+            if neighbourhood.any():
+                parts.append(part.at(np.flatnonzero(neighbourhood)))
         return replace(self, parts=tuple(parts))

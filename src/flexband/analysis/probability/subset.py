@@ -63,7 +63,7 @@ class Rare:
 
 
 def rare(
-    least: Margins,
+    least_margin: Margins,
     dimension: int,
     rng: np.random.Generator,
     count: int | None = None,
@@ -73,7 +73,7 @@ def rare(
 ) -> Rare:
     """Return samples with negative margins; `count` is that of a level, by default the options'."""
     u = rng.standard_normal((count or options.level_samples, dimension))
-    margin = least(u)
+    margin = least_margin(u)
     probability = 1.0
     step = 0.6
     share = options.level_share
@@ -88,53 +88,59 @@ def rare(
             break
         probability *= share
         order = np.argsort(margin, kind="stable")[:few]
-        u, margin, step = _chains(least, u[order], margin[order], step, rng, options)
-    alone = Rare(u[negative], probability)
+        u, margin, step = _chains(least_margin, u[order], margin[order], step, rng, options)
+    rare_samples = Rare(u[negative], probability)
     if not scouts or probability >= share:
-        return alone
-    return _with_scouts(alone, least, dimension, rng, options)
+        return rare_samples
+    return _with_scouts(rare_samples, least_margin, dimension, rng, options)
 
 
 def _with_scouts(
-    known: Rare,
-    least: Margins,
+    rare_samples: Rare,
+    least_margin: Margins,
     n: int,
     rng: np.random.Generator,
     options: SubsetOptions,
 ) -> Rare:
     """Return rare samples with those that scouts find, and the probability of all of them."""
+    # Send scouts in all directions.
     z = rng.standard_normal((options.scouts * len(options.scout_scales), n))
     scale = np.repeat(options.scout_scales, options.scouts)
     chains = options.scout_chains
     farthest = math.sqrt(chdtri(n, options.beyond_scouts))
     size = np.minimum(scale * np.linalg.norm(z, axis=1), farthest)
     u = z * (size / np.linalg.norm(z, axis=1))[:, None]
-    margin = least(u)
+    margin = least_margin(u)
     out = margin < 0
     if not out.any():
-        return known
+        return rare_samples
+    # Start chains from those outside, and see whether they are in another region.
     u = u[out]
     nearest = np.argsort(np.sum(u**2, axis=1), kind="stable")[: chains // 2]
     u = u[np.concatenate([nearest, rng.choice(len(u), chains - len(nearest))])]
     step = 0.3
     for _ in range(options.scout_renewals):
-        every, _, step = _chains(least, u, np.zeros(chains), step, rng, options)
-        u = every[-chains:]  # those before it are too much like it to count
-    if len(known.u):
-        weights = Mixture.from_samples(known.u, rng, options=options.mixture).weights
-        unlike = weights(u) > options.unlike_factor * np.quantile(weights(known.u), 0.9)
+        chain_samples, _, step = _chains(least_margin, u, np.zeros(chains), step, rng, options)
+        u = chain_samples[-chains:]  # those before it are too much like it to count
+    if len(rare_samples.u):
+        weights = Mixture.from_samples(rare_samples.u, rng, options=options.mixture).weights
+        unlike = weights(u) > options.unlike_factor * np.quantile(weights(rare_samples.u), 0.9)
         if unlike.mean() < options.new_region_share:
-            return known
-    both = np.concatenate([known.u, u])
-    mixture = Mixture.from_samples(both, rng, options=options.mixture)
-    tried = mixture.sample(options.level_samples, rng)
-    rough = float(np.mean(mixture.weights(tried) * (least(tried) < 0)))
-    alone = rough or options.min_probability
-    return Rare(both, max(rough, known.probability) if len(known.u) else alone)
+            return rare_samples
+    # Estimate the probability of all regions.
+    all_samples = np.concatenate([rare_samples.u, u])
+    mixture = Mixture.from_samples(all_samples, rng, options=options.mixture)
+    trials = mixture.sample(options.level_samples, rng)
+    estimate = float(np.mean(mixture.weights(trials) * (least_margin(trials) < 0)))
+    scout_estimate = estimate or options.min_probability
+    return Rare(
+        all_samples,
+        max(estimate, rare_samples.probability) if len(rare_samples.u) else scout_estimate,
+    )
 
 
 def _chains(
-    least: Margins,
+    least_margin: Margins,
     u: np.ndarray,
     margin: np.ndarray,
     step: float,
@@ -148,7 +154,7 @@ def _chains(
     for _ in range(round(1 / options.level_share)):
         z = rng.standard_normal(u.shape)
         proposed = math.sqrt(1 - step**2) * u + step * z
-        proposed_margin = least(proposed)
+        proposed_margin = least_margin(proposed)
         accepted = proposed_margin <= level
         u = np.where(accepted[:, None], proposed, u)
         margin = np.where(accepted, proposed_margin, margin)

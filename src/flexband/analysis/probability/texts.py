@@ -30,8 +30,8 @@ def in_words(result: xr.Dataset) -> str:
             f"model (response=…, --runs 64)"
         )
     elif tighter > 0 and (low, high) != ANYTHING:
-        more = _clearly_more(tighter, float(result["between_times"][1]))
-        increase = f"up to {tighter:.2g}" if more else "hardly more"
+        clear_increase = _clearly_more(tighter, float(result["between_times"][1]))
+        increase = f"up to {tighter:.2g}" if clear_increase else "hardly more"
         text += f"; {increase} with what the surrogate may miss"
     return text
 
@@ -77,14 +77,14 @@ def _clearly_more(value: np.ndarray | float, other: np.ndarray | float) -> np.nd
     return np.asarray(value) > 1.02 * np.asarray(other)
 
 
-def _bounds(result: xr.Dataset, values: np.ndarray, high: np.ndarray, *more: list[str]) -> str:
+def _bounds(result: xr.Dataset, values: np.ndarray, high: np.ndarray, *details: list[str]) -> str:
     """Return both bounds as text, one of them if they are the same.
 
-    `more` says where each bound is, and its confidence interval if it is not zero.
+    `details` tell where each bound is, and its confidence interval if it is not zero.
     """
-    each = zip(values, high, *more, strict=True)
+    rows = zip(values, high, *details, strict=True)
     lower, upper = (
-        f"{v:.3g}{where}{sure}" if v else f"below {h:.2g}{where}" for v, h, where, sure in each
+        f"{v:.3g}{where}{sure}" if v else f"below {h:.2g}{where}" for v, h, where, sure in rows
     )
     return f"from {lower} to {upper}" if _differs(result) and lower != upper else upper
 
@@ -171,8 +171,8 @@ def share_and_interval(production: xr.Dataset) -> tuple[str, str]:
 def _share(part: float) -> str:
     """Return a share near 1 in per cent, with two digits of what is missing of it, of four most."""
     missing = 100 * (1 - part)
-    most = 99.9999
+    max_percent = 99.9999
     if missing <= 0:
         return "100 %"
     digits = min(max(0, 1 - int(np.floor(np.log10(missing)))), 4)
-    return f"{min(100 * part, most):.{digits}f} %"
+    return f"{min(100 * part, max_percent):.{digits}f} %"

@@ -118,15 +118,18 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
     vary = not_constant(lower.values[0], upper.values[1], units_of(labels, of_outputs))
     vary = vary.reshape([labels.sizes[dim] for dim in of_outputs])
 
-    def narrower(some: Collection[str]) -> np.ndarray:
-        """Return the width with some inputs fixed."""
-        if len(some) == len(names):
+    def narrower(subset: Collection[str]) -> np.ndarray:
+        """Return the width with a subset of the inputs fixed."""
+        if len(subset) == len(names):
             return np.zeros(shape)
-        substitution = fix_inputs(surrogate.space, [member for k in some for member in members[k]])
+        substitution = fix_inputs(
+            surrogate.space, [member for k in subset for member in members[k]]
+        )
         parts = [expansion.substituted(*substitution) for expansion in surrogate.expansions]
         low, high = extremes_of(parts, sigmas=sigmas, of=(-1.0, 1.0))
         return (high.values[1] - low.values[0]).reshape(shape)
 
+    # Find the contributions, and Shapley's values.
     contribution = np.stack([width - narrower([name]) for name in names])
     data: Variables = {
         "varies": (of_outputs, vary),
@@ -140,6 +143,7 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
         data["shapley"] = ("name", *dims), values
         shares = _shares(values, width, vary, surrogate)
         data |= {f"shapley_{name}": variable for name, variable in shares.items()}
+    # Add where the ends are, and the expected error.
     eta = np.stack([lower.places[0], upper.places[1]])
     data |= places("worst_at", surrogate.space, eta, ("bound", *dims), (2, *shape))
     if (error := expected_error(surrogate, sigmas)) is not None:
@@ -153,7 +157,7 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
 
 
 def _shares(
-    each: np.ndarray, width: np.ndarray, vary: np.ndarray, surrogate: Surrogate
+    parts: np.ndarray, width: np.ndarray, vary: np.ndarray, surrogate: Surrogate
 ) -> Variables:
     """Return what inputs have of the width, (names, …, times), in parts of it; 0 of constants."""
     times = surrogate.times
@@ -161,12 +165,12 @@ def _shares(
     shape = width.shape
     outer = shape if surrogate.time is None else shape[:-1]
     width = width.reshape(*outer, times)
-    each = each.reshape(-1, *outer, times)
+    parts = parts.reshape(-1, *outer, times)
     widest = np.argmax(width, axis=-1, keepdims=True)
-    at_widest = np.take_along_axis(each, widest[None], axis=-1)[..., 0]
+    at_widest = np.take_along_axis(parts, widest[None], axis=-1)[..., 0]
     share_dims = ("name", *(dim for dim in dims if dim != surrogate.time))
     return {
-        "mean_share": (share_dims, each.mean(-1) / np.where(vary, width.mean(-1), np.inf)),
+        "mean_share": (share_dims, parts.mean(-1) / np.where(vary, width.mean(-1), np.inf)),
         "share_at_widest": (share_dims, at_widest / np.where(vary, width.max(-1), np.inf)),
     }
 
@@ -175,17 +179,19 @@ def _shapley(
     names: list[str],
     width: np.ndarray,
     narrower: Callable[[Collection[str]], np.ndarray],
-    alone: np.ndarray,
+    contribution: np.ndarray,
 ) -> np.ndarray:
-    """Return Shapley's values, (names, …), of a width; `alone` are contributions."""
+    """Return Shapley's values, (names, …), of a width; `contribution` is of single inputs."""
     n = len(names)
-    known = {frozenset[str](): width}
-    known |= {frozenset([name]): width - alone[k] for k, name in enumerate(names)}
+    widths = {frozenset[str](): width}
+    widths |= {frozenset([name]): width - contribution[k] for k, name in enumerate(names)}
     for size in range(2, n + 1):
-        known |= {frozenset(some): narrower(some) for some in combinations(names, size)}
+        widths |= {frozenset(subset): narrower(subset) for subset in combinations(names, size)}
     values = np.zeros((n, *width.shape))
     for k, name in enumerate(names):
-        for some, width_of_some in known.items():
-            if name not in some:
-                values[k] += (width_of_some - known[some | {name}]) / (n * comb(n - 1, len(some)))
+        for subset, subset_width in widths.items():
+            if name not in subset:
+                values[k] += (subset_width - widths[subset | {name}]) / (
+                    n * comb(n - 1, len(subset))
+                )
     return values

@@ -105,6 +105,7 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
     numbers = [
         [k for name in members for k in variables[name]] for members in random_groups.values()
     ]
+    # Search the bounds of the indices of each output, and compute the indices there.
     m, times = space.interval_dimension, surrogate.times
     count = math.prod(labels.shape[1:]) // times
     mean, std = (
@@ -112,17 +113,20 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
     )
     size = np.max(np.abs(mean) + std, axis=1)
     # Standard deviations below 1e-12 of an output's largest value are due to rounding.
-    least = units_of(labels).least_variation(size, 1e-12) ** 2
+    min_variance = units_of(labels).least_variation(size, 1e-12) ** 2
     shape = 2, 2 * len(random_groups), count, times
     values, errors, eta = np.empty(shape), np.zeros(shape), np.zeros((*shape, m))
     variance, defined = np.empty(shape), np.empty((count, times), dtype=bool)
     for expansion in surrogate.expansions:
         for series in SampledSeries.of_outputs(expansion):
             k = series.output
-            both = variances_of(series, space.families, numbers, seed)
-            few, result_indices = (_Indices(part, times, least[k]) for part in both)
-            eta[:, :, k], defined[k] = few.search(series.scanned)
+            variances = variances_of(series, space.families, numbers, seed)
+            search_indices, result_indices = (
+                _Indices(part, times, min_variance[k]) for part in variances
+            )
+            eta[:, :, k], defined[k] = search_indices.search(series.scanned)
             values[:, :, k], errors[:, :, k], variance[:, :, k] = result_indices.at(eta[:, :, k])
+    # Put bounds in order, and total indices above those of first order.
     defined &= np.all(np.isfinite(values), axis=(0, 1))
     values = np.clip(values, 0.0, 1.0)  # those from samples may be beyond, or in the wrong order
     order = np.argsort(values, axis=0)
@@ -130,17 +134,18 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
     eta = np.take_along_axis(eta, order[..., None], axis=0)
     first, total = np.split(values, 2, axis=1)
     np.minimum(first, total, out=first)  # as at every η; the first has the larger sampling error
+    # Make the dataset, with errors of sampling and of the expansion.
     dims, inner = labels.dims[1:], labels.shape[1:]
     data: Variables = {"defined": (dims, defined.reshape(inner))}
     data["std"] = dims, std.reshape(inner)
-    named, whole_shape = ("bound", "name", *dims), (2, len(random_groups), *inner)
+    index_dims, whole_shape = ("bound", "name", *dims), (2, len(random_groups), *inner)
     for k, name in enumerate(("first_order", "total")):
         part = slice(k * len(random_groups), (k + 1) * len(random_groups))
-        data[name] = named, values[:, part].reshape(whole_shape)
-        data |= places(f"{name}_at", space, eta[:, part], named, whole_shape)
-    each = errors.reshape(2, 2, len(random_groups), count, times).max(axis=1)
+        data[name] = index_dims, values[:, part].reshape(whole_shape)
+        data |= places(f"{name}_at", space, eta[:, part], index_dims, whole_shape)
+    largest_errors = errors.reshape(2, 2, len(random_groups), count, times).max(axis=1)
     if errors.any():
-        data["sampling_error"] = named, each.reshape(whole_shape)
+        data["sampling_error"] = index_dims, largest_errors.reshape(whole_shape)
     if (error := expected_error(surrogate, 1.0)) is not None:
         deviation = np.sqrt(np.nanmin(np.maximum(variance, 0), axis=(0, 1))).reshape(inner)
         share = np.divide(2 * error, deviation, out=np.ones(inner), where=deviation > 2 * error)
@@ -149,7 +154,7 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
     values = number_of(defined.size, "value")
     attrs = {"undefined": f"the variance vanishes at {lost} of {values} of the outputs"}
     if errors.any():
-        attrs["sampling"] = _sampling_text(each, std)
+        attrs["sampling"] = _sampling_text(largest_errors, std)
     result = answer(surrogate, data, {"name": list(random_groups)}, attrs, LONG_NAMES)
     for name in {"first_order", "total", "defined", "sampling_error", "expected_error"} & {*data}:
         result[name].attrs.update(units="1")
@@ -170,7 +175,7 @@ class _Indices:
 
     variances: Variances
     times: int
-    least: float  # variances up to this are due to rounding
+    min_variance: float  # variances up to this are due to rounding
 
     def shares(self, eta: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return all indices, NaN without variance, and the variance.
@@ -182,15 +187,15 @@ class _Indices:
         parts = self.variances(eta, times)
         variance = parts[0]
         mean = parts.mean(axis=2, keepdims=True)
-        known = np.where(mean[0] > self.least, mean[0], np.nan)
-        index = mean[1:] / known
-        return index + (parts[1:] - index * variance) / known, mean[0, :, 0]
+        mean_variance = np.where(mean[0] > self.min_variance, mean[0], np.nan)
+        index = mean[1:] / mean_variance
+        return index + (parts[1:] - index * variance) / mean_variance, mean[0, :, 0]
 
     def minimized(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
-        """Return what is minimized: indices for lower bounds, then minus these, (both, rows)."""
+        """Return what is minimized: indices for lower bounds, then minus these, (bounds, rows)."""
         shares = self.shares(eta, times)[0].mean(axis=2)
-        both = np.concatenate([shares, -shares])
-        return np.where(np.isnan(both), WORSE, both)
+        objectives = np.concatenate([shares, -shares])
+        return np.where(np.isnan(objectives), WORSE, objectives)
 
     def search(self, scan: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """Return η of the bounds, (2, indices, times, m), and where all of a scan is defined."""

@@ -65,11 +65,11 @@ def tolerance_for(
     >>> float(fb.analysis.tolerance_for(surrogate, "length", share=0.5)["tolerance"].round(3))
     0.05
     """
-    several = surrogates_of(surrogate)
+    surrogates = surrogates_of(surrogate)
     k = checked_sigmas(sigmas)
-    if len(several) > 1:
+    if len(surrogates) > 1:
         raise InputError("tolerance_for takes a surrogate without choices, that of one option")
-    (plain_surrogate,) = several.values()
+    (plain_surrogate,) = surrogates.values()
     share = check_fraction("share", share)
     tolerance, input_ = _tolerance(plain_surrogate, name)
     labels = plain_surrogate.labels
@@ -87,12 +87,13 @@ def tolerance_for(
         lower, upper = ends(part)
         return (upper - lower).reshape(*shape, -1).max(axis=-1)
 
+    # Try some factors, then halve the interval between the last that is enough and the next.
     lower, upper = ends(plain_surrogate)
     before = (upper - lower).reshape(*shape, -1).max(axis=-1)
     vary = not_constant(lower, upper, units_of(labels)).reshape(shape)
     factors = np.linspace(0.0, 1.0, 9)
-    least = 1e-6  # a part of the tolerance that counts as none
-    widths = np.stack([width(max(f, least)) for f in factors[:-1]])
+    min_factor = 1e-6  # a part of the tolerance that counts as none
+    widths = np.stack([width(max(f, min_factor)) for f in factors[:-1]])
     target_width = share * before
     narrow = np.logical_and.accumulate(widths <= target_width, axis=0).sum(axis=0)
     largest_factor = np.full(shape, np.nan)
@@ -102,7 +103,7 @@ def tolerance_for(
         high = factors[narrow[place]]
         for _ in range(12):
             middle = (low + high) / 2
-            inside = width(max(middle, least))[place] <= target_width[place]
+            inside = width(max(middle, min_factor))[place] <= target_width[place]
             low, high = (middle, high) if inside else (low, middle)
         largest_factor[place] = low
     largest_factor[~vary] = np.nan

@@ -59,8 +59,10 @@ def variances_of(
         exact = Exact(series, groups, options)
         return exact, exact
     counts = (options.searched_samples, seed + 1), (options.samples, seed)
-    few, many = (Sampled.from_series(series, families, groups, *count, options) for count in counts)
-    return few, many
+    search_variances, final_variances = (
+        Sampled.from_series(series, families, groups, *count, options) for count in counts
+    )
+    return search_variances, final_variances
 
 
 @dataclass(frozen=True)
@@ -83,9 +85,9 @@ class Exact:
     def __call__(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
         hybrid = self.series.hybrid
         blocks = []
-        most = max(1, self.options.values_at_once // len(hybrid.j))
-        for first in range(0, len(eta), most):
-            rows = slice(first, first + most)
+        block_size = max(1, self.options.values_at_once // len(hybrid.j))
+        for first in range(0, len(eta), block_size):
+            rows = slice(first, first + block_size)
             terms = hybrid.coefficients[:, times[rows]] * hybrid.chebyshev(eta[rows])[:, hybrid.i].T
             blocks.append(self._parts @ self.series.sums(terms) ** 2)
         return np.concatenate(blocks, axis=1)[..., None]
@@ -117,8 +119,8 @@ class Sampled:
         n = len(families)
         count = samples // REPLICATES
         u = [sobol(count, 2 * n, seed * REPLICATES + k) for k in range(REPLICATES)]
-        both = ndtri(np.concatenate(u))
-        sets = [of_normals(v, families) for v in (both[:, :n], both[:, n:])]
+        normals = ndtri(np.concatenate(u))
+        sets = [of_normals(v, families) for v in (normals[:, :n], normals[:, n:])]
         for group in groups:
             sets.append(sets[0].copy())
             sets[-1][:, group] = sets[1][:, group]
@@ -126,9 +128,9 @@ class Sampled:
 
     def __call__(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
         variances = []
-        most = max(1, self.options.values_at_once // len(self.psi))
-        for first in range(0, len(eta), most):
-            rows = slice(first, first + most)
+        block_size = max(1, self.options.values_at_once // len(self.psi))
+        for first in range(0, len(eta), block_size):
+            rows = slice(first, first + block_size)
             values = self.series.values(self.psi, eta[rows], times[rows])
             values = np.moveaxis(values.reshape(len(values), self.sets, REPLICATES, -1), 1, 0)
             first_set = values[0]

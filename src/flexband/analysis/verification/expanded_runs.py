@@ -47,10 +47,10 @@ def runs_as_expanded(
 
         def runs_of(surrogate: Surrogate, case: str, advance: Advance) -> Runs:
             with without_warnings(ResolutionWarning, StrainWarning):
-                expanded_response, finer = as_expanded(surrogate, response)
+                expanded_response, refined_names = as_expanded(surrogate, response)
             space = surrogate.space
             labels = surrogate.labels
-            known = setting(case, finer, expanded_response.branch)
+            run_setting = setting(case, refined_names, expanded_response.branch)
             if more_times:
                 arguments = space.arguments_at(*space.nominal())
                 expanded_response = (
@@ -61,12 +61,14 @@ def runs_as_expanded(
             def run(points: Points) -> Evaluated:
                 nonlocal labels
                 with without_warnings(ResolutionWarning, StrainWarning):
-                    made = evaluate(expanded_response, space, known, points, labels, advance)
-                labels = made.labels
-                if made.values is not None and not more_times:
-                    corrected = surrogate.corrected(made.values.values, *points)
-                    made.values = made.values.copy(data=corrected)
-                return made
+                    evaluation = evaluate(
+                        expanded_response, space, run_setting, points, labels, advance
+                    )
+                labels = evaluation.labels
+                if evaluation.values is not None and not more_times:
+                    corrected = surrogate.corrected(evaluation.values.values, *points)
+                    evaluation.values = evaluation.values.copy(data=corrected)
+                return evaluation
 
             return run
 

@@ -40,8 +40,8 @@ def judge_by_runs(
     times = F.shape[-1]
     half = min(times, max(1, round(window * times)))
     no_overshoot = np.zeros(F.shape[1:])
-    held = HeldOut(xi, eta, missed, no_overshoot, half, weight)
-    error = held.expected_error(surrogate.space.interval_dimension)
+    held_out = HeldOut(xi, eta, missed, no_overshoot, half, weight)
+    error = held_out.expected_error(surrogate.space.interval_dimension)
     error = np.maximum(error, np.finfo(float).eps * rms(F)[:, None]).reshape(labels.shape[1:])
     of_mean = growth(0) if surrogate.space.random_dimension else 1.0
     parts = missed_part(missed, F, units_of(labels))
@@ -60,4 +60,4 @@ def judge_by_runs(
         "expected_error": float(np.max(relative)),
         **trusted.attrs,
     }
-    return replace(surrogate, held_out=held, diagnostics=diagnostics.assign_attrs(attrs))
+    return replace(surrogate, held_out=held_out, diagnostics=diagnostics.assign_attrs(attrs))

@@ -171,10 +171,10 @@ def verify(
     runs = check_integer("runs", runs, 2, MAX_RUNS)
     seed = check_integer("seed", seed, 0)
     sigmas = checked_sigmas(sigmas)
-    given = next(iter(surrogates.values())).space.given
+    inputs = next(iter(surrogates.values())).space.given
     advance = counted(progress, runs * len(surrogates))
     execution = {"store": store, "executor": executor, "failed": failed}
-    with runs_as_expanded(response, given, **execution) as runs_of:
+    with runs_as_expanded(response, inputs, **execution) as runs_of:
         advance(0)
         for label, case_surrogate in surrogates.items():
             run = runs_of(case_surrogate, label, advance)
@@ -197,22 +197,26 @@ def _verify(
     axes, times = axes_of(labels), surrogate.times
     orders = [expansion.hybrid.interval_orders for expansion in surrogate.expansions]
     left_out = np.max(orders, axis=0) == 0  # interval variables in no term, (m,)
+    # Make the runs, and compare them with the surrogate.
     points, width = _points(surrogate, runs, sigmas, seed, left_out, options)
     xi, eta = points.xi, points.eta
-    made = run((xi, eta))
-    assert made.values is not None
-    good = np.setdiff1d(np.arange(runs), list(made.failed))
-    pairs = np.searchsorted(good, points.pairs[np.isin(points.pairs, good).all(axis=1)])
-    F = made.values.values[good]
-    missed = np.abs(surrogate.standard(xi[good], eta[good]) - F).reshape(len(good), -1, times)
+    evaluation = run((xi, eta))
+    assert evaluation.values is not None
+    valid_runs = np.setdiff1d(np.arange(runs), list(evaluation.failed))
+    pairs = np.searchsorted(valid_runs, points.pairs[np.isin(points.pairs, valid_runs).all(axis=1)])
+    F = evaluation.values.values[valid_runs]
+    missed = np.abs(surrogate.standard(xi[valid_runs], eta[valid_runs]) - F).reshape(
+        len(valid_runs), -1, times
+    )
     F = F.reshape(missed.shape)
     size = np.abs(F).max(axis=(0, 2))
     spread = np.ptp(F, axis=0).max(axis=-1) + missed.max(axis=(0, 2)) + width
     missed[:, ~units_of(labels).varies(spread, size)] = 0.0  # what is constant has no error
     width = np.maximum(width, round_off := options.round_off * size + TINY)
+    # Infer the error of the error bar, and compare it with what is expected.
     square, claim = np.mean(missed**2, axis=2), _expected_error(surrogate)
-    part, left_out_eta = share(int(left_out.sum())) * growth(sigmas), eta[good][:, left_out]
-    weighted = points.weight[good, None] * square
+    part, left_out_eta = share(int(left_out.sum())) * growth(sigmas), eta[valid_runs][:, left_out]
+    weighted = points.weight[valid_runs, None] * square
     missed_by = np.sqrt(weighted.mean(axis=0))
     least_missed = _at_least(_independent(weighted, pairs), options)
     inferred = np.maximum(part * missed_by, _at_corner(F, left_out_eta, pairs, options.min_pairs))
@@ -222,45 +226,50 @@ def _verify(
         "implied_error": np.maximum(inferred, SMALLEST * width),
         "least_error": part * least_missed,
         "bar_width": width,
-        "missed_most_in": good[worst],
+        "missed_most_in": valid_runs[worst],
         "missed_most_at": missed[worst, outputs].argmax(axis=1),
     }
     if claim is not None:
-        least = np.maximum(SMALLEST * width, round_off)
-        allowed = np.maximum(np.sqrt(np.mean(claim**2, axis=1)), least) * growth(sigmas) / part
+        error_floor = np.maximum(SMALLEST * width, round_off)
+        allowed = (
+            np.maximum(np.sqrt(np.mean(claim**2, axis=1)), error_floor) * growth(sigmas) / part
+        )
         results["allowed"] = allowed
         results["expected_error"] = part * allowed
         results["confirmed"] = allowed > least_missed
+    # Make the dataset of the verification, and judge the surrogate by it.
     dims, shape = axes.dims, axes.shape
     coords = {k: c for k, c in coordinates(labels).items() if set(c.dims) <= set(dims)}
-    checked = xr.Dataset({k: (dims, v.reshape(shape)) for k, v in results.items()}, coords)
+    verification = xr.Dataset({k: (dims, v.reshape(shape)) for k, v in results.items()}, coords)
     in_run = np.full((runs, *shape), np.nan)
-    in_run[good] = np.sqrt(square).reshape(-1, *shape)
-    checked["missed_in_run"] = ("sample", *dims), in_run
-    checked["run_place"] = "sample", points.place
-    checked["run_weight"] = "sample", points.weight
+    in_run[valid_runs] = np.sqrt(square).reshape(-1, *shape)
+    verification["missed_in_run"] = ("sample", *dims), in_run
+    verification["run_place"] = "sample", points.place
+    verification["run_weight"] = "sample", points.weight
     if values := space.numbers_at(xi, eta):
-        checked["run_values"] = ("input", "sample"), np.array(list(values.values()))
-        checked = checked.assign_coords(input=list(values))
+        verification["run_values"] = ("input", "sample"), np.array(list(values.values()))
+        verification = verification.assign_coords(input=list(values))
     attrs = {"runs": runs, "sigmas": sigmas, "confidence": CONFIDENCE}
-    attrs |= {"runs_failed": len(made.failed)} if made.failed else {}
-    attrs |= as_attribute(remarks_on(surrogate, made.collected_remarks))
-    sampled = int(points.sampled[good].sum())
-    attrs |= _judgement(checked.assign_attrs(attrs), surrogate, good, sampled)
-    checked = checked.assign_attrs(attrs)
-    verified = replace(surrogate, verification=checked)
-    return judge_by_runs(verified, (xi[good], eta[good], F), missed, points.weight[good])
+    attrs |= {"runs_failed": len(evaluation.failed)} if evaluation.failed else {}
+    attrs |= as_attribute(remarks_on(surrogate, evaluation.collected_remarks))
+    sampled = int(points.sampled[valid_runs].sum())
+    attrs |= _judgement(verification.assign_attrs(attrs), surrogate, valid_runs, sampled)
+    verification = verification.assign_attrs(attrs)
+    verified = replace(surrogate, verification=verification)
+    return judge_by_runs(
+        verified, (xi[valid_runs], eta[valid_runs], F), missed, points.weight[valid_runs]
+    )
 
 
 def _judgement(
-    checked: xr.Dataset, surrogate: Surrogate, good: np.ndarray, sampled: int
+    verification: xr.Dataset, surrogate: Surrogate, valid_runs: np.ndarray, sampled: int
 ) -> dict[str, Any]:
     """Return the verdict on a surrogate, with what is corrected in its runs, if something is."""
-    known = surrogate.diagnostics.attrs  # which count held-out runs of the whole space
-    held_out = 0 if "runs_inside" in known else int(known.get("runs_generic", 0))
-    judgement = verdict(checked, surrogate.labels, good, sampled, held_out)
+    attrs = surrogate.diagnostics.attrs  # which count held-out runs of the whole space
+    held_out = 0 if "runs_inside" in attrs else int(attrs.get("runs_generic", 0))
+    judgement = verdict(verification, surrogate.labels, valid_runs, sampled, held_out)
     if surrogate.correction:
-        judgement["corrected"] = known.get("corrected", "")
+        judgement["corrected"] = attrs.get("corrected", "")
         corrected = f"corrected like the surrogate: {judgement['corrected']}"
         judgement["verdict"] = f"{judgement['verdict']}. The verification runs are {corrected}"
     return judgement
@@ -319,18 +328,20 @@ def _points(
     """Return where the runs are, and each output's error bar's width."""
     space = surrogate.space
     rng = np.random.default_rng(seed)
-    every = options.anywhere
+    period = options.anywhere
     golden = (5**0.5 - 1) / 2
+    # Spread runs over outputs and times, at places where bounds are attained.
     k = np.arange(max(runs, options.times))
     at = (surrogate.times * ((0.5 + golden * k) % 1)).astype(int)
     scattered, which = np.unique(at, return_inverse=True)
     _, low, high = extremes_of(surrogate.expansions, scattered, sigmas)
     width = (high.values[1] - low.values[0]).mean(axis=-1)
     k = k[:runs]
-    bound = (k + k // every) % 2
+    bound = (k + k // period) % 2
     output = (k // 2) * max(1, 2 * len(width) // runs) % len(width)
     eta = np.stack([low.places[0], high.places[1]])[bound, output, which[:runs]]
-    sampled = k % every == every - 1
+    # Pair runs that differ in the intervals left out alone.
+    sampled = k % period == period - 1
     anywhere = sampled | (space.interval_dimension == 0)
     at_bounds = np.flatnonzero(~anywhere)
     pairs = at_bounds[: len(at_bounds) // 2 * 2 * left_out.any()].reshape(-1, 2)
@@ -345,6 +356,7 @@ def _points(
         anywhere |= ~np.isin(k, at_bounds[once])
         pairs = pairs[~anywhere[pairs].any(axis=1)]
     eta = np.where(anywhere[:, None], in_discs(rng.uniform(-1, 1, eta.shape), space.discs), eta)
+    # Draw the random variables: samples anywhere, and wider ones for each bound.
     normals = np.zeros((runs, space.random_dimension))
     weight = np.ones(runs)
     sample = sampled | (space.random_dimension == 0)

@@ -86,39 +86,41 @@ class Adaptation:
         self,
         space: Space,
         evaluate: Evaluate,
-        most: int,
+        budget: int,
         *,
         phase_resolved: bool,
         corrected_above: float = np.inf,
         options: AdaptationOptions = AdaptationOptions(),
     ):
-        """Make the first runs, `most` is the budget.
+        """Make the first runs; `budget` is the largest number of all runs.
 
         An error of the discretization is corrected if it is larger than `corrected_above`, in parts
         of the error bar's width.
         """
         self.space = space
         self.evaluate = evaluate
-        self.most = most
+        self.budget = budget
         self.options = options
         self.details = f" ({text})" if (text := evaluate.discretization_in_words()) else ""
         listener().stage(f"the first runs{self.details}")
+        # Choose the design, by how far the budget goes.
         m = space.interval_dimension
         families = space.families
         discs = space.discs
-        spare = most - fewest_fitted(m + len(families))
+        spare = budget - fewest_fitted(m + len(families))
         # number of held-out runs at generic points; the others are at extremes
         self.generic = min(BATCH, max(MIN_HELD, spare // 2))
         self.design = first_design(
-            m, families, most - self.generic, options.max_interpolated, discs
+            m, families, budget - self.generic, options.max_interpolated, discs
         )
         # whether interpolation follows if samples do not show that few variables matter
         many = len(space.uncertain) >= options.many_inputs and not self.design.sampled
-        self.tries_samples = many and most >= options.tried_samples
+        self.tries_samples = many and budget >= options.tried_samples
         if self.tries_samples:
             self.design = SampledDesign(MIN_RUNS, m, families, discs)
-        known = evaluate.earlier_runs(self.generic)
-        new = generic_points(0, self.generic - len(known[0]), m, families, discs)
+        # Run it, with the held-out points that earlier runs do not cover.
+        earlier_runs = evaluate.earlier_runs(self.generic)
+        new = generic_points(0, self.generic - len(earlier_runs[0]), m, families, discs)
         xi, eta = map(np.concatenate, zip(self.design.points, new, strict=True))
         values = evaluate(xi, eta)
         count = len(self.design)
@@ -127,11 +129,14 @@ class Adaptation:
         self.dt = step(values) if phase_resolved else 1.0
         runs = ResponseRuns(xi, eta, series(values))
         self.quantities = quantities(evaluate, runs.values.shape[1])
-        if len(known[0]):
-            held = known[2].reshape(-1, *runs.values.shape[1:])
-            runs = ResponseRuns.joined(runs, ResponseRuns(known[0], known[1], held))
-        self.made = RunBuffer(successful_runs(runs, count), count, most)  # fitted, and held out
+        if len(earlier_runs[0]):
+            earlier_values = earlier_runs[2].reshape(-1, *runs.values.shape[1:])
+            runs = ResponseRuns.joined(
+                runs, ResponseRuns(earlier_runs[0], earlier_runs[1], earlier_values)
+            )
+        self.made = RunBuffer(successful_runs(runs, count), count, budget)  # fitted, and held out
         self.generic = len(self.held.values)
+        # Nothing is known yet of rare values, extremes and the discretization.
         self.rare = RareRuns.none(runs)
         self.rare_budget = self.options.max_rare_runs
         self.places = np.zeros((0, m))
@@ -140,7 +145,7 @@ class Adaptation:
         # of the error of step and elements, by name; None until it is known
         self.corrections: dict[str, DiscretizationCorrection] | None = None
         self.counted = np.ones(runs.values.shape[1], bool)  # outputs that the tolerance is for
-        self._judge(again=False)
+        self._judge(reuse_fits=False)
 
     def run(self, tolerance: float) -> StopReason:
         """Go on until the error is below the tolerance also at extremes; return why it ended."""
@@ -149,6 +154,7 @@ class Adaptation:
         width = np.array(np.inf)
         tested = sum(v.shape[1] for v in self.design.points) < self.options.several_variables
         while True:
+            # Compare the error with the tolerance; runs at rare values may change it.
             width = 2 * width  # bands are searched only if they may be wide enough
             met = tested and self._relative(width) <= tolerance
             if met:
@@ -157,6 +163,7 @@ class Adaptation:
             last = self.remaining_runs - BATCH <= self._batch
             if tested and self._hold_rare(tolerance, met=met, last=last):
                 continue
+            # Extend the design, unless the tolerance is met.
             if met:
                 reason: StopReason | None = StopReason.TOLERANCE_MET
             else:
@@ -167,6 +174,7 @@ class Adaptation:
                     continue
                 if self._hold_rare(tolerance, met=met, last=True):
                     continue
+            # Runs where bounds are attained confirm the end, or the course goes on.
             if confirmed or not self._hold_extremes(tolerance):
                 return reason
             confirmed = True
@@ -191,27 +199,27 @@ class Adaptation:
     @property
     def remaining_runs(self) -> int:
         """Runs that the budget still allows."""
-        return self.most - len(self.fitted.values) - self.checked
+        return self.budget - len(self.fitted.values) - self.checked
 
     @property
     def runs(self) -> int:
         """Number of runs."""
         return len(self.fitted.values) + self.checked + self.refinement.finer
 
-    def _judge(self, *, again: bool = True) -> None:
-        """Fit the runs, and choose the best of the new fits and those in use, if there are any."""
+    def _judge(self, *, reuse_fits: bool = True) -> None:
+        """Fit the runs and choose the best of the new fits and, with `reuse_fits`, those in use."""
         self.corrections = None
         self.stages = []
         in_use = []
-        if again:
+        if reuse_fits:
             in_use = self.choice.fits
             del self.choice, self.error  # the memory of what they missed is free
         F = self.made.all.values
-        known = len(in_use)
+        earlier_fits = len(in_use)
         stages = decompose(F, self.dt) if self.phase_resolved else [Stage([], F)]
         fits = chain(release(in_use), map(self._fit, stages))
         arguments = self.fitted, self.held, self.generic, self.rare, self.design.weights
-        self.choice = BestFits.from_fits(fits, *arguments, known)
+        self.choice = BestFits.from_fits(fits, *arguments, earlier_fits)
         m = self.places.shape[1]
         of = self.generic, F, self.dt, m, units_of(self.labels), self.quantities
         self.error = ExpectedError.from_choice(self.choice, *of)
@@ -230,20 +238,20 @@ class Adaptation:
 
         A batch is kept for runs at extremes.
         """
-        known = len(self.design)
+        fit_count = len(self.design)
         budget = self.remaining_runs - BATCH
         if budget < 1:
             return StopReason.BUDGET_USED
         variables = self.space.interval_dimension + self.space.random_dimension
-        if self.tries_samples and budget > 2 * variables and self._many_matter(known):
+        if self.tries_samples and budget > 2 * variables and self._many_matter(fit_count):
             self.tries_samples = False
             self._interpolate(budget)
             return None
         split = Split.from_stages(self.stages, self.choice.carriers, self.held, self.counted)
         design = self.design.extended(min(self._batch, budget), split)
-        if len(design) == known:
+        if len(design) == fit_count:
             return StopReason.ORDERS_USED
-        xi, eta = (v[known:] for v in design.points)
+        xi, eta = (v[fit_count:] for v in design.points)
         self.made.fit(evaluate_runs(self.evaluate, xi, eta, len(xi)))
         self.design = design
         self._judge()
@@ -261,18 +269,22 @@ class Adaptation:
         """Begin again with runs to interpolate; the samples are held out from now on."""
         space = self.space
         sampled = self.fitted
-        held = self.held
+        holdout = self.held
         m = space.interval_dimension
         families = space.families
         discs = space.discs
         self.design = NestedDesign.first(m, families, budget, discs)
         new = evaluate_runs(self.evaluate, *self.design.points, len(self.design))
-        parts = held.which(slice(self.generic)), sampled, held.which(slice(self.generic, None))
+        parts = (
+            holdout.which(slice(self.generic)),
+            sampled,
+            holdout.which(slice(self.generic, None)),
+        )
         self.generic += len(sampled.values)
         runs = ResponseRuns.joined(new, *parts)
-        self.made = RunBuffer(runs, len(new.values), self.most)
+        self.made = RunBuffer(runs, len(new.values), self.budget)
         del self.choice, self.error
-        self._judge(again=False)
+        self._judge(reuse_fits=False)
 
     def _hold_extremes(self, tolerance: float) -> bool:
         """Run and hold out a batch where bounds are attained; return whether these places are new.
@@ -290,8 +302,8 @@ class Adaptation:
             count -= len(rare.weight)
         places = np.zeros((min(1, count), 0))
         if m:
-            known = self.places if families else np.concatenate([self.places, self.fitted.eta])
-            reached = self.error.reached(known)
+            run_places = self.places if families else np.concatenate([self.places, self.fitted.eta])
+            reached = self.error.reached(run_places)
             places = extreme_places(self.error.extremes, count, reached, tolerance)
         if not len(places):
             return False
@@ -317,7 +329,7 @@ class Adaptation:
             return False
         part = np.where(self.counted, share(m) / self.error.width, 0.0)
         grows = np.max(part * doubted.overshoot) > tolerance >= np.max(part * doubted.missed)
-        enough = self.most >= self.options.min_batches_for_rare_runs * BATCH
+        enough = self.budget >= self.options.min_batches_for_rare_runs * BATCH
         unseen = enough and self.rare_budget == self.options.max_rare_runs
         if not (grows or (last and unseen)):
             return False
@@ -336,11 +348,11 @@ class Adaptation:
         except (RunError, InputError):
             alone = [values.which(slice(k, k + 1)) for k in range(len(weight))]
             return len(alone) > 1 and sum(map(self._run_rare, alone)) > 0
-        good = np.isfinite(responses).all(axis=(1, 2))
-        if not good.any():
+        finite_mask = np.isfinite(responses).all(axis=(1, 2))
+        if not finite_mask.any():
             return False
-        new = ResponseRuns(xi[good], eta[good], responses[good])
-        weight = np.concatenate([self.rare.weight, weight[good]])
+        new = ResponseRuns(xi[finite_mask], eta[finite_mask], responses[finite_mask])
+        weight = np.concatenate([self.rare.weight, weight[finite_mask]])
         self.rare = RareRuns(ResponseRuns.joined(self.rare.runs, new), weight)
         return True
 
@@ -352,7 +364,7 @@ class Adaptation:
         """
         if self.corrections is None:
             few = self.fitted.which(slice(self.design.few))
-            held = self.held.which(slice(self.generic))
-            coarse = CoarseRuns(few, held, self.design.small)
+            holdout = self.held.which(slice(self.generic))
+            coarse = CoarseRuns(few, holdout, self.design.small)
             self.corrections = self.refinement.corrections(coarse, self.error, self.dt)
         return self.corrections

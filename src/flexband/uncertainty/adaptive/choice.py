@@ -56,11 +56,11 @@ class BestFits(NamedTuple):
     def from_fits(
         fits: Iterable[PartsFit],
         fitted: ResponseRuns,
-        held: ResponseRuns,
+        holdout: ResponseRuns,
         generic: int,
         rare: RareRuns,
         weights: Weights | None = None,
-        known: int = 0,
+        earlier_fits: int = 0,
         *,
         options: ChoiceOptions = ChoiceOptions(),
     ) -> BestFits:
@@ -71,66 +71,75 @@ class BestFits(NamedTuple):
 
         Parameters
         ----------
-        fits : the known ones, each of other outputs, and then new ones of all outputs.
+        fits : the earlier ones, each of other outputs, and then new ones of all outputs.
         generic : number of held-out runs at generic points; the others are at extremes.
         rare : runs at rare values.
         weights : of fitted runs; needed if a fit is of only the first of them.
-        known : number of known fits.
+        earlier_fits : number of earlier fits.
         """
-        shape = held.values.shape
+        shape = holdout.values.shape
         thin = slice(None, None, -(-shape[-1] // options.max_times))
-        all_runs = ResponseRuns.joined(held.at(thin), fitted.at(thin), rare.runs.at(thin))
-        places = [np.concatenate([held.eta, fitted.eta]), held.eta[generic:]]
+        all_runs = ResponseRuns.joined(holdout.at(thin), fitted.at(thin), rare.runs.at(thin))
+        places = [np.concatenate([holdout.eta, fitted.eta]), holdout.eta[generic:]]
         later = np.empty(shape[1:])
         overshoot = np.empty(shape[1:])
-        least = np.full(shape[1], np.inf)
+        smallest_error = np.full(shape[1], np.inf)
         best = np.full(shape[1], -1)
-        kept: dict[int, PartsFit] = {}
+        fits_by_number: dict[int, PartsFit] = {}
         closest: list[tuple[float, int, tuple[np.ndarray, np.ndarray, RareValues]]] = []
-        size = np.maximum(rms(held.values), 1e-300)
+        size = np.maximum(rms(holdout.values), 1e-300)
         equal = np.full(shape[0], 1 / shape[0])
         for k, fit in enumerate(fits):
-            far, values = fit.overshoot(all_runs, places, rare, thin)
-            far = at_all_times(far, thin, shape[-1])
-            of_held = np.sqrt(fit.mean_square_missed(held, equal))
+            # Judge the fit by what it misses of runs, and by its growth at rare values.
+            excess, values = fit.overshoot(all_runs, places, rare, thin)
+            excess = at_all_times(excess, thin, shape[-1])
+            of_held = np.sqrt(fit.mean_square_missed(holdout, equal))
             runs_after = fitted.which(slice(fit.runs, None))
             counts = np.zeros(0) if weights is None else weights(fit.runs)
             after = np.sqrt(fit.mean_square_missed(runs_after, counts))
             alone = np.maximum(rms(of_held[None]), rms(after[None]))
-            beyond = rms(far[None])
+            beyond = rms(excess[None])
             error = np.hypot(alone, beyond) / options.carrier_gain ** len(fit.frequencies)
-            so_far = least[fit.outputs]
-            is_known = best[fit.outputs] < known
+            so_far = smallest_error[fit.outputs]
+            is_earlier = best[fit.outputs] < earlier_fits
             better = error < (1 + options.min_relative_gain) * so_far
-            better = np.where(is_known, (1 + options.min_relative_gain) * error <= so_far, better)
+            better = np.where(is_earlier, (1 + options.min_relative_gain) * error <= so_far, better)
             if len(alone) == shape[1]:
                 total = float(np.sum(alone / size[fit.outputs]))
                 closest.append((total, k, (alone, beyond, values)))
+            # Take it for the outputs for which it is the best so far, and drop fits without any.
             outputs = fit.outputs[better]
-            least[outputs] = error[better]
+            smallest_error[outputs] = error[better]
             best[outputs] = k
             later[outputs] = after[better]
-            overshoot[outputs] = far[better]
-            every = kept | {k: fit}
-            kept = {
-                j: f.of_outputs(np.flatnonzero(best == j)) for j, f in every.items() if j in best
+            overshoot[outputs] = excess[better]
+            candidates = fits_by_number | {k: fit}
+            fits_by_number = {
+                j: f.of_outputs(np.flatnonzero(best == j))
+                for j, f in candidates.items()
+                if j in best
             }
-            del fit, every  # while the next one is made, only those in use are in memory
-        chosen = [kept[k] for k in sorted(kept, key=lambda k: (k < known, k))]
+            del fit, candidates  # while the next one is made, only those in use are in memory
+        best_fits = [
+            fits_by_number[k] for k in sorted(fits_by_number, key=lambda k: (k < earlier_fits, k))
+        ]
         missed = np.empty(shape)
-        for fit in chosen:  # once more, since what all fits miss takes more memory
-            for rows, of_rows in fit.missed(held):
+        for fit in best_fits:  # once more, since what all fits miss takes more memory
+            for rows, of_rows in fit.missed(holdout):
                 missed[rows, fit.outputs] = of_rows
+        # Of the fits of all outputs, the one that misses least may be doubted for its growth only.
         fewest = np.inf
         doubted = None
         of_all = False
-        for total, k, judged in sorted(closest, key=lambda judged: (judged[1] < known, judged[1])):
+        for total, k, judged in sorted(
+            closest, key=lambda judged: (judged[1] < earlier_fits, judged[1])
+        ):
             if total < (1 - options.min_relative_gain) * fewest:
                 fewest = total
                 doubted = judged
                 of_all = bool(np.all(best == k))
         assert doubted is not None  # new fits are of all outputs
-        return BestFits(chosen, missed, later, overshoot, BestHeldOutFit(*doubted, of_all))
+        return BestFits(best_fits, missed, later, overshoot, BestHeldOutFit(*doubted, of_all))
 
     def expansions(self, times: slice | np.ndarray = slice(None)) -> list[Expansion]:
         """Return the expansions of all outputs at some of the times, one for each fit."""
@@ -173,19 +182,21 @@ def in_place_of_runs(
         for fit, change in linear:
             if change is not None:
                 places = np.searchsorted(numbers, fit.outputs)
-                placed = change.placed(len(fit.outputs), len(numbers), places)
-                total = placed if total is None else total + placed
+                wide_change = change.placed(len(fit.outputs), len(numbers), places)
+                total = wide_change if total is None else total + wide_change
         values = in_place([fit.parts for fit, _ in linear if isinstance(fit.parts, Interpolation)])
         expansions.append(
             (expansion_of(numbers, values, PartColumns.from_outputs(len(numbers), 0)), total)
         )
     if all(change is None for _, change in expansions):
         return tuple(expansion for expansion, _ in expansions), ()
-    whole = [
+    complete_pairs = [
         (expansion, expansion.hybrid.constant(0.0) if change is None else change)
         for expansion, change in expansions
     ]
     return (
-        tuple(expansion.of_hybrid(expansion.hybrid + change) for expansion, change in whole),
-        tuple(expansion.of_hybrid(change) for expansion, change in whole),
+        tuple(
+            expansion.of_hybrid(expansion.hybrid + change) for expansion, change in complete_pairs
+        ),
+        tuple(expansion.of_hybrid(change) for expansion, change in complete_pairs),
     )

@@ -95,10 +95,10 @@ class ExpectedError:
             )
             for expansion in self.expansions
         ]
-        both = of_bands(join_outputs(self.expansions, errors, 2))
+        band_errors = of_bands(join_outputs(self.expansions, errors, 2))
         order = np.argsort(self.times)
         edges = [(0, 0)] * 2 + [(1, 1)]
-        around = np.pad(both[..., order], edges, mode="edge")
+        around = np.pad(band_errors[..., order], edges, mode="edge")
         largest = np.maximum(np.maximum(around[..., :-2], around[..., 1:-1]), around[..., 2:])
         at = np.arange(self.values.shape[-1])
         nearest = np.abs(at[:, None] - self.times[order]).argmin(axis=1)
@@ -113,12 +113,12 @@ class ExpectedError:
     def times(self) -> np.ndarray:
         """Some of the times, by number, which no oscillation keeps in step with."""
         times = self.values.shape[-1]
-        most = 48
-        if times <= most:
+        max_count = 48
+        if times <= max_count:
             return np.arange(times)
         golden = (5**0.5 - 1) / 2
-        k = np.arange(most)
-        return (times * (k + golden * k % 1) / most).astype(int)
+        k = np.arange(max_count)
+        return (times * (k + golden * k % 1) / max_count).astype(int)
 
     @cached_property
     def width(self) -> np.ndarray:

@@ -35,11 +35,11 @@ class Split(NamedTuple):
 
     stages: list[Stage]  # all runs, those of the design first, at `compared_times`
     outputs: list[np.ndarray]  # that each stage stands for
-    held: ResponseRuns  # the held-out runs, which are the last
+    holdout: ResponseRuns  # the held-out runs, which are the last
 
     @staticmethod
     def from_stages(
-        stages: Sequence[Stage], carriers: np.ndarray, held: ResponseRuns, counted: np.ndarray
+        stages: Sequence[Stage], carriers: np.ndarray, holdout: ResponseRuns, counted: np.ndarray
     ) -> Split:
         """Take the stages that outputs use, by the number of carriers of each output.
 
@@ -47,9 +47,9 @@ class Split(NamedTuple):
         `counted`, (outputs,), are left out.
         """
         carriers = np.minimum(carriers, len(stages) - 1)
-        used = np.unique(carriers[counted])
-        outputs = [np.flatnonzero(counted & (carriers == k)) for k in used]
-        return Split([stages[k] for k in used], outputs, held)
+        carrier_counts = np.unique(carriers[counted])
+        outputs = [np.flatnonzero(counted & (carriers == k)) for k in carrier_counts]
+        return Split([stages[k] for k in carrier_counts], outputs, holdout)
 
     def rows(self, combined: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """Return combinations of runs, relative to the size of each output, (rows, parts, times).

@@ -37,7 +37,7 @@ def extreme_places(
     count: int,
     reached: np.ndarray,
     tolerance: float,
-    apart: float = 0.3,
+    min_distance: float = 0.3,
 ) -> np.ndarray:
     """Return the η of some bounds of the error bar, far from each other, shape (≤ count, m).
 
@@ -50,8 +50,9 @@ def extreme_places(
     extremes : bounds of μ, μ − σ and μ + σ at some times.
     reached : lowest μ − σ and highest μ + σ at places that were run, shape (2, outputs, times).
     tolerance : for `reached`, in parts of the error bar's width.
-    apart : places that are nearer to each other than this, in units of η, are run once.
+    min_distance : places that are nearer to each other than this, in units of η, are run once.
     """
+    # Leave out bounds that are reached at places that were run; sort the others by width.
     _, lower, upper = extremes
     low = lower.values[0]
     high = upper.values[1]
@@ -65,9 +66,10 @@ def extreme_places(
     waiting = np.stack([lower.places[0], upper.places[1]])
     waiting[moved.round(TIE_DIGITS) == 0] = 0.0
     waiting = waiting.reshape(beyond.size, -1)[order]
-    near = np.full(len(waiting), np.inf)
-    chosen = []
-    while len(chosen) < count and near.max(initial=0.0) > apart:
-        chosen.append(waiting[np.argmax(near.round(TIE_DIGITS))])
-        near = np.minimum(near, np.abs(waiting - chosen[-1]).max(axis=1))
-    return np.array(chosen).reshape(-1, waiting.shape[1])
+    # Take the farthest place from those taken so far, until all others are near.
+    distances = np.full(len(waiting), np.inf)
+    places = []
+    while len(places) < count and distances.max(initial=0.0) > min_distance:
+        places.append(waiting[np.argmax(distances.round(TIE_DIGITS))])
+        distances = np.minimum(distances, np.abs(waiting - places[-1]).max(axis=1))
+    return np.array(places).reshape(-1, waiting.shape[1])

@@ -51,12 +51,12 @@ class NestedDesign:
 
     @staticmethod
     def first(
-        m: int, families: Sequence[Family], most: int, discs: tuple[int, ...] = ()
+        m: int, families: Sequence[Family], budget: int, discs: tuple[int, ...] = ()
     ) -> NestedDesign:
         """Return the first terms in m variables η and in ξ, as far as the budget goes."""
         n = len(families)
         count = BATCH * -(-(1 + m + 2 * n) // BATCH)
-        index = first_terms(m, n, min(count, most))
+        index = first_terms(m, n, min(count, budget))
         return NestedDesign(index[existing_terms(index, families)], families, discs)
 
     @property
@@ -124,14 +124,14 @@ class NestedDesign:
 
         Up to half of them explain what held-out runs miss, the others are expected to be large.
         """
-        known = slice(len(self))
+        design_rows = slice(len(self))
         norms = self.norms[:, None, None]
-        terms = norms * split.rows(lambda runs: self.inverse @ runs[known])
+        terms = norms * split.rows(lambda runs: self.inverse @ runs[design_rows])
         sizes = TermSizes(self.index, np.sqrt(np.mean(terms**2, axis=-1)).T)
         unforeseen = self._explaining(split, count // 2)
         sizes.total(unforeseen)
-        more = sizes.next_terms(count - len(unforeseen), self.highest)
-        return replace(self, index=np.concatenate([self.index, unforeseen, more]))
+        next_terms = sizes.next_terms(count - len(unforeseen), self.highest)
+        return replace(self, index=np.concatenate([self.index, unforeseen, next_terms]))
 
     def weights(self, first: int) -> np.ndarray:
         """Return for what part of all inputs each run from number `first` on speaks.
@@ -154,39 +154,43 @@ class NestedDesign:
         Each of a further order is zero in the runs so far. They are taken by orthogonal matching,
         with the lower terms that they need, by how much they explain for each run.
         """
-        known = set(map(tuple, self.index.tolist()))
-        index = self._candidates(known)
-        at_held = split.held.xi, split.held.eta
-        predict = self._values(self.index, *at_held) @ self.inverse
-        added = self._values(index, *at_held)
+        # What the candidates add to values at held-out points, and what is missed there.
+        present_terms = set(map(tuple, self.index.tolist()))
+        index = self._candidates(present_terms)
+        at_holdout = split.holdout.xi, split.holdout.eta
+        predict = self._values(self.index, *at_holdout) @ self.inverse
+        added = self._values(index, *at_holdout)
         added = added - predict @ self._values(index, *self.points)
         count_fitted = len(self)
         missed = split.rows(lambda runs: runs[count_fitted:] - predict @ runs[:count_fitted])
         rest = principal(missed.reshape(len(missed), -1).round(ROUNDING_DIGITS))
-        least = 1e-3 * np.sum(rest**2)  # this part of the energy need not be explained
+        min_gain = 1e-3 * np.sum(rest**2)  # this part of the energy need not be explained
         merit = SparseFitOptions().merit_per_order ** index.sum(axis=1)
-        chosen: list[Orders] = []
-        needed = [list(lower_terms(tuple(nu))) for nu in index.tolist()]
+        new_terms: list[Orders] = []
+        missing_terms = [list(lower_terms(tuple(nu))) for nu in index.tolist()]
+        # Add the candidate that gains most for each run, and project it out, until little is left.
         for _ in range(len(rest) // 2):
-            needed = [[mu for mu in terms if mu not in known] for terms in needed]
-            runs = np.array([len(terms) for terms in needed], dtype=int)
+            missing_terms = [
+                [mu for mu in terms if mu not in present_terms] for terms in missing_terms
+            ]
+            runs = np.array([len(terms) for terms in missing_terms], dtype=int)
             size = np.maximum(np.sum(added**2, axis=0), 1e-12)
             gain = np.sum((added.T @ rest) ** 2, axis=1) / size / np.maximum(runs, 1)
-            gain[(runs == 0) | (runs > count - len(chosen)) | (gain < least)] = 0.0
+            gain[(runs == 0) | (runs > count - len(new_terms)) | (gain < min_gain)] = 0.0
             if not gain.any():
                 break
             best = int(np.argmax((merit * gain / np.max(merit * gain)).round(ROUNDING_DIGITS)))
-            chosen += needed[best]
-            known.update(needed[best])
+            new_terms += missing_terms[best]
+            present_terms.update(missing_terms[best])
             q = added[:, best] / np.sqrt(size[best])
             rest = rest - np.outer(q, q @ rest)
             added = added - np.outer(q, q @ added)
-        return np.array(chosen, dtype=int).reshape(-1, self.index.shape[1])
+        return np.array(new_terms, dtype=int).reshape(-1, self.index.shape[1])
 
-    def _candidates(self, known: set[Orders]) -> np.ndarray:
-        """Return low orders and those next to the known ones, shape (terms, variables)."""
+    def _candidates(self, present_terms: set[Orders]) -> np.ndarray:
+        """Return low orders and those next to the present ones, shape (terms, variables)."""
         low = map(tuple, candidates(self.index.shape[1]).tolist())
-        index = np.array(sorted({*low, *above(known)} - known), dtype=int)
+        index = np.array(sorted({*low, *above(present_terms)} - present_terms), dtype=int)
         index = index.reshape(-1, self.index.shape[1])
         return index[np.all(index <= self.highest, axis=1)]
 
@@ -200,9 +204,9 @@ def _nearest(points: np.ndarray, family: Family) -> np.ndarray:
     """Return the probability that each point is the nearest one to a variable of a family."""
     order = np.argsort(points)
     parts = np.empty(len(points))
-    between = (points[order][1:] + points[order][:-1]) / 2
+    midpoints = (points[order][1:] + points[order][:-1]) / 2
     z = np.linspace(-8.0, 8.0, 4001)
-    normals = np.interp(between, family.of_normal(z), z)
+    normals = np.interp(midpoints, family.of_normal(z), z)
     parts[order] = np.diff([0.0, *ndtr(normals), 1.0])
     return parts
 
@@ -215,12 +219,12 @@ def fewest_fitted(variables: int) -> int:
 def first_design(
     m: int,
     families: Sequence[Family],
-    most: int,
+    budget: int,
     max_interpolated: int,
     discs: tuple[int, ...] = (),
 ) -> NestedDesign | SampledDesign:
     """Return the first runs in m variables η and in ξ, within a budget."""
-    many = 1 + m + 2 * len(families) > min(most, max_interpolated)
-    if many and most >= MIN_RUNS:
+    many = 1 + m + 2 * len(families) > min(budget, max_interpolated)
+    if many and budget >= MIN_RUNS:
         return SampledDesign(MIN_RUNS, m, families, discs)
-    return NestedDesign.first(m, families, most, discs)
+    return NestedDesign.first(m, families, budget, discs)

@@ -109,10 +109,10 @@ class AdaptivePCCI(ExpansionMethod):
             Where the budget is too small for the space, or for the terms of random fields.
         """
         variables = space.interval_dimension + space.random_dimension
-        least = fewest_fitted(variables) + MIN_HELD
-        if self.max_runs < least:
+        min_runs = fewest_fitted(variables) + MIN_HELD
+        if self.max_runs < min_runs:
             raise InputError(
-                f"max_runs must be {least} or more for {number_of(variables, 'variable')}; got "
+                f"max_runs must be {min_runs} or more for {number_of(variables, 'variable')}; got "
                 f"{self.max_runs}"
             )
         if space.advice_on_fields and self.max_runs <= variables:
@@ -151,7 +151,9 @@ class AdaptivePCCI(ExpansionMethod):
         ``attrs["carrier_frequencies"]`` are in cycles a unit of time.
         """
         budget = self.runs(space)
-        least = ExtrapolationOptions().least * self.tolerance if self.correct else np.inf
+        corrected_above = (
+            ExtrapolationOptions().threshold * self.tolerance if self.correct else np.inf
+        )
 
         def begin(evaluate: Evaluate) -> Adaptation:
             return Adaptation(
@@ -159,7 +161,7 @@ class AdaptivePCCI(ExpansionMethod):
                 evaluate,
                 budget,
                 phase_resolved=self.phase_resolved and not space.discs,
-                corrected_above=least,
+                corrected_above=corrected_above,
             )
 
         course, attrs = solve_with_refinement(begin, evaluate, self.tolerance)
@@ -169,8 +171,8 @@ class AdaptivePCCI(ExpansionMethod):
             "stop_reason": stopped.value,
             "stopped": stopped.text,
         }
-        if used := orders_used(course):
-            attrs["orders_used"] = used
+        if variables_at_limit := orders_used(course):
+            attrs["orders_used"] = variables_at_limit
         surrogate = surrogate_of(course).with_attrs(tolerance=self.tolerance, **attrs)
         error = BandRecord.read(surrogate.diagnostics).expected_error or 0.0
         if error > self.tolerance:

@@ -131,32 +131,45 @@ def _directions(
     """
     n = index.shape[1]
     factors = index > 0
-    far = np.array(options.distances)
+    normal_distances = np.array(options.distances)
     unit = np.eye(n)
     pairs = factors[index.sum(axis=1) > 2]
     alone = [unit[v : v + 1] for v in np.flatnonzero(index.max(axis=0, initial=0) > 1)]
     angles = np.pi * (np.arange(options.plane_directions) + 0.5) / options.plane_directions
     plane = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    between = [
+    plane_vectors = [
         plane @ unit[list(pair)]
         for pair in combinations(range(n), 2)
         if pairs[:, pair].all(axis=1).any()
     ]
+    # Collect groups of directions: unit vectors, how often they are visited, and their share.
     groups = [(vectors, options.sweeps, 1.0) for vectors in alone]
-    groups += [(vectors, 1, 1 / len(between)) for vectors in between]
-    several = np.flatnonzero(factors[factors.sum(axis=1) > 2].any(axis=0))
-    if len(several):
-        z = ndtri(sobol(options.joint_directions, len(several), seed=1))
-        groups.append((z / np.linalg.norm(z, axis=1, keepdims=True) @ unit[several], 1, 1.0))
-    kinds = 1 + (len(between) > 0) + (len(several) > 0)
-    density = np.exp(-np.square(far) / 2) / np.sqrt(2 * np.pi) * np.diff(far)[0] / kinds
+    groups += [(vectors, 1, 1 / len(plane_vectors)) for vectors in plane_vectors]
+    joint_variables = np.flatnonzero(factors[factors.sum(axis=1) > 2].any(axis=0))
+    if len(joint_variables):
+        z = ndtri(sobol(options.joint_directions, len(joint_variables), seed=1))
+        groups.append(
+            (z / np.linalg.norm(z, axis=1, keepdims=True) @ unit[joint_variables], 1, 1.0)
+        )
+    # Weigh the distances by the normal density.
+    kinds = 1 + (len(plane_vectors) > 0) + (len(joint_variables) > 0)
+    density = (
+        np.exp(-np.square(normal_distances) / 2)
+        / np.sqrt(2 * np.pi)
+        * np.diff(normal_distances)[0]
+        / kinds
+    )
     directions = [np.zeros((0, n))]
     distances = [np.zeros(0)]
     weights = [np.zeros(0)]
     for vectors, times, share in groups:
-        both = np.concatenate([vectors, -vectors] * times)
-        radius = np.sqrt(chdtri(np.count_nonzero(vectors.any(axis=0)), chdtrc(1, far**2)))
-        directions.append(np.repeat(both, len(far), axis=0))
-        distances.append(np.tile(radius, len(both)))
-        weights.append(np.tile(density, len(both)) * 2 * share / len(both))
+        two_sided_vectors = np.concatenate([vectors, -vectors] * times)
+        radius = np.sqrt(
+            chdtri(np.count_nonzero(vectors.any(axis=0)), chdtrc(1, normal_distances**2))
+        )
+        directions.append(np.repeat(two_sided_vectors, len(normal_distances), axis=0))
+        distances.append(np.tile(radius, len(two_sided_vectors)))
+        weights.append(
+            np.tile(density, len(two_sided_vectors)) * 2 * share / len(two_sided_vectors)
+        )
     return np.concatenate(directions), np.concatenate(distances), np.concatenate(weights)

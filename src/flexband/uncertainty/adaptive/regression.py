@@ -101,14 +101,14 @@ def fitted_parts(
     for part in parts:
         part_series = series[:, part.ravel()]
         fits.append(sparse_fit(values, index, part_series, _weights(part, weight)))
-    used = np.unique(np.concatenate([[0], *(fit.used for fit in fits)]))
-    terms = np.zeros((len(used), series.shape[1]))
+    term_rows = np.unique(np.concatenate([[0], *(fit.used for fit in fits)]))
+    terms = np.zeros((len(term_rows), series.shape[1]))
     for part, fit in zip(parts, fits, strict=True):
-        kept = np.isin(fit.which, used)
-        rows = np.searchsorted(used, fit.which[kept])
-        terms[np.ix_(rows, part.ravel())] = fit.coefficients[kept]
-    terms /= term_scales(index[used], families)[:, None]
-    return HybridExpansion(tuple(families), index[used], terms, discs)
+        mask = np.isin(fit.which, term_rows)
+        rows = np.searchsorted(term_rows, fit.which[mask])
+        terms[np.ix_(rows, part.ravel())] = fit.coefficients[mask]
+    terms /= term_scales(index[term_rows], families)[:, None]
+    return HybridExpansion(tuple(families), index[term_rows], terms, discs)
 
 
 def _weight(F: np.ndarray) -> np.ndarray:

@@ -71,6 +71,7 @@ def solve_with_refinement(
     if not left_out:
         course = begin(evaluate)
         return course, {"stopped": course.run(tolerance), "runs_coarser": 0}
+    # Solve on finer and finer levels, until the error of the discretization is small enough.
     levels = Levels(left_out, options.share * tolerance, options)
     finished = None
     halved = 0
@@ -96,8 +97,11 @@ def solve_with_refinement(
             failed += 1
             # they cannot avoid an error at the start, or one that the response raises itself
             in_steps = isinstance(error, RunError) and not isinstance(error, AssemblyError)
-            raised = error.__cause__ is not None and not isinstance(error.__cause__, RunError)
-            shorter_steps_may_help = in_steps and not raised and not last
+            response_error = error.__cause__ is not None and not isinstance(
+                error.__cause__, RunError
+            )
+            shorter_steps_may_help = in_steps and not response_error and not last
+            # Return to the last level that did not fail, unless shorter steps may help.
             if finished and not (shorter_steps_may_help and failed < options.max_failed):
                 coarser_runs += course.runs if course else 0
                 course, names = finished
@@ -110,16 +114,17 @@ def solve_with_refinement(
                 raise
             halvings = {"step" if "step" in left_out else left_out[0]: 1}
             levels.why = "runs fail"
+        # Go on to the next level.
         coarser_runs += course.runs if course else 0
         for name, times in halvings.items():
             for _ in range(times):
                 evaluate = evaluate.refinements()[name]
             names = [*names, *[name] * times]
         halved += max(halvings.values())
-        finer = f"finer {' and '.join(halvings)}"
+        stage = f"finer {' and '.join(halvings)}"
         details = evaluate.discretization_in_words()
-        listener().stage(finer)
-        listener().warn(f"{finer}{(f' ({details})' if details else '')}, since {levels.why}")
+        listener().stage(stage)
+        listener().warn(f"{stage}{(f' ({details})' if details else '')}, since {levels.why}")
 
 
 def _percent(part: float) -> str:
@@ -144,7 +149,8 @@ class Levels:
         self.left_out = left_out
         self.allowed = allowed
         self.options = options
-        self.known: dict[str, dict[int, OutputErrors]] = {}  # by name and number of halvings
+        # by name and number of halvings
+        self.errors_by_level: dict[str, dict[int, OutputErrors]] = {}
         self.widths: dict[int, np.ndarray] = {}  # of the error bars, by number of halvings
         self.stuck: dict[str, np.ndarray] = {}  # outputs whose error no longer falls, by name
         # which outputs vibrate as no affordable step resolves, and the frequency that is left of
@@ -158,54 +164,59 @@ class Levels:
 
         The course has the runs on a level, for which `names` have been halved.
         """
+        # Record the errors of this level, and of which outputs they no longer fall.
         errors = {}
         largest = {}
         corrected = {}
         vanishing = self._vanishing(course.error.component_width, len(names))
         corrections = course.discretization()
         for name, correction in corrections.items():
-            before = self.known.setdefault(name, {})
+            before = self.errors_by_level.setdefault(name, {})
             of_outputs = course.error.of_outputs(correction.error)
             now = OutputErrors(of_outputs, correction.kinds != CorrectedPart.NOTHING)
             corrected[name] = now.corrected
             count = names.count(name)
-            slow, stuck = self._stuck(now, before, count, course.error.missed)
+            slow_outputs, stuck = self._stuck(now, before, count, course.error.missed)
             if name == "step":
-                unresolved, self.waves = self._waves(course, now, slow, count)
+                unresolved, self.waves = self._waves(course, now, slow_outputs, count)
                 stuck &= ~unresolved
             self.stuck[name] = stuck | (vanishing & (now.values > 1))
             before[count] = now
+        # Only outputs whose errors still fall count.
         for name in corrections:
-            values = self.known[name][names.count(name)].values
+            values = self.errors_by_level[name][names.count(name)].values
             counted = np.where(self.stuck[name] | self.waves, 0.0, values)
             errors[name] = float(counted.max())
             largest[name] = int(counted.argmax())
         if sum(errors.values()) <= self.allowed:
             return {}
-        given = sum(error for name, error in errors.items() if name not in self.left_out)
-        each = max(self.allowed - given, self.allowed / 2) / len(self.left_out)
+        # Predict the halvings from the order of convergence.
+        fixed_error = sum(error for name, error in errors.items() if name not in self.left_out)
+        allowance = max(self.allowed - fixed_error, self.allowed / 2) / len(self.left_out)
         times = {}
         for name in self.left_out:
-            ratio = errors.get(name, 0.0) / each
+            ratio = errors.get(name, 0.0) / allowance
             if ratio > 1:
-                most = self.options.max_at_once if errors[name] < self.options.resolved else 1
+                max_count = self.options.max_at_once if errors[name] < self.options.resolved else 1
                 order = self.options.order * (2 if corrected[name][largest[name]] else 1)
-                times[name] = min(most, math.ceil(math.log(ratio, 2**order)))
+                times[name] = min(max_count, math.ceil(math.log(ratio, 2**order)))
         outputs = names_of_outputs(course.labels)
         self.why = " and ".join(
             f"the error of the {name} is {_percent(errors[name])} of the error bar of "
             f"{outputs[largest[name]]}"
             for name in times
         )
-        self.why += f", and {_percent(each)} is allowed"
+        self.why += f", and {_percent(allowance)} is allowed"
         return times
 
     def _vanishing(self, width: np.ndarray, halvings: int) -> np.ndarray:
         """Return of which outputs the error bar has been halved with every halving, (outputs,)."""
         mask = np.zeros(len(width), bool)
         for fewer, before in self.widths.items():
-            more = halvings - fewer
-            mask |= (more >= self.options.halvings_of_noise) & (width <= before * 0.5**more)
+            halvings_since = halvings - fewer
+            mask |= (halvings_since >= self.options.halvings_of_noise) & (
+                width <= before * 0.5**halvings_since
+            )
         self.widths[halvings] = width
         return mask
 
@@ -218,7 +229,7 @@ class Levels:
         """
         errors = now.values
         stuck = np.zeros(len(now.values), bool)
-        slow = np.zeros(len(errors), bool)
+        slow_outputs = np.zeros(len(errors), bool)
         for fewer, (values, corrected) in before.items():
             error = np.where(corrected == now.corrected, values, np.inf)
             halvings = count - fewer
@@ -226,21 +237,21 @@ class Levels:
             sure = resolved & (errors > self.options.clear * missed) & (halvings >= 2)
             long = (resolved | (missed >= DOUBT)) & (halvings >= self.options.halvings_of_noise)
             falls_slowly = errors > error * self.options.fall_per_halving**halvings
-            slow |= falls_slowly & (halvings > 0)
+            slow_outputs |= falls_slowly & (halvings > 0)
             stuck |= falls_slowly & (sure | long)
-        return slow, stuck
+        return slow_outputs, stuck
 
     def _waves(
-        self, course: Adaptation, now: OutputErrors, slow: np.ndarray, count: int
+        self, course: Adaptation, now: OutputErrors, slow_outputs: np.ndarray, count: int
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return which outputs vibrate with phases that the step does not resolve, each (outputs,).
 
         Those that it does not resolve yet come first, then those that no affordable step does.
-        `slow` are errors that fall too slowly, and `count` the halvings of the step so far.
+        The errors of `slow_outputs` fall too slowly; `count` is the number of halvings of the step.
         """
         options = self.options
-        none = np.zeros(len(slow), bool)
-        asked = slow & ~now.corrected & (now.values > self.allowed)
+        none = np.zeros(len(slow_outputs), bool)
+        asked = slow_outputs & ~now.corrected & (now.values > self.allowed)
         numbers = course.evaluate.description.discretization
         if "step" not in numbers or not asked.any():
             return none, none
@@ -265,9 +276,9 @@ class Levels:
         names = names_of_outputs(course.labels)
         outputs = []
         for part, stuck in self.stuck.items():
-            error = self.known[part][max(self.known[part])].values
-            named = self.waves if part == "step" else np.zeros_like(self.waves)
-            which = np.flatnonzero((stuck & ~self.waves | named) & (error > self.allowed))
+            error = self.errors_by_level[part][max(self.errors_by_level[part])].values
+            waves = self.waves if part == "step" else np.zeros_like(self.waves)
+            which = np.flatnonzero((stuck & ~self.waves | waves) & (error > self.allowed))
             if part not in self.left_out or not len(which):
                 continue
             spectrum = course.refinement.spectrum(part, course.dt)

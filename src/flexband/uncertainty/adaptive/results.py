@@ -40,9 +40,11 @@ def surrogate_of(course: Adaptation) -> Surrogate:
     error = course.error
     corrections = course.discretization()
     of_mean = growth(0) if course.space.families else 1.0  # without σ, the mean is the error bar
-    both = np.stack([of_mean * error.values, error.values])
+    band_errors = np.stack([of_mean * error.values, error.values])
     finer_runs = course.refinement.finer
-    dataset = expectations(course.labels, error, both, corrections, course.evaluate, finer_runs)
+    dataset = expectations(
+        course.labels, error, band_errors, corrections, course.evaluate, finer_runs
+    )
     dataset = dataset.assign(orders=("variable", choice.orders))
     dataset = dataset.assign_coords(variable=_variables(course.space)).assign_attrs(
         largest_miss=_largest_miss(course),
@@ -51,15 +53,15 @@ def surrogate_of(course: Adaptation) -> Surrogate:
         runs_generic=course.generic if course.space.interval_dimension else len(course.held.values),
     )
     _warn_of_unexplained(course)
-    known = course.space, course.labels, error, course.held
-    return corrected_surrogate(*known, dataset, list(corrections.values()))
+    arguments = course.space, course.labels, error, course.held
+    return corrected_surrogate(*arguments, dataset, list(corrections.values()))
 
 
 def corrected_surrogate(
     space: Space,
     labels: xr.DataArray,
     error: ExpectedError,
-    held: ResponseRuns,
+    holdout: ResponseRuns,
     dataset: xr.Dataset,
     corrections: Sequence[DiscretizationCorrection],
 ) -> Surrogate:
@@ -69,7 +71,7 @@ def corrected_surrogate(
     """
     choice = error.choice
     overshoot = share(space.interval_dimension) * np.hypot(choice.overshoot, choice.later)
-    judges = HeldOut(held.xi, held.eta, choice.missed, overshoot, error.window)
+    judges = HeldOut(holdout.xi, holdout.eta, choice.missed, overshoot, error.window)
     expansions, correction = in_place_of_runs(divide_by_correction(choice.fits, corrections))
     return Surrogate(space, labels, expansions, dataset, judges, correction)
 
@@ -92,13 +94,14 @@ def expectations(
     corrections : of the discretization, by name.
     finer_runs : number of runs on finer discretizations.
     """
+    # The errors of both bands, in total and by their causes.
     choice = error.choice
-    finer = {name: part.error for name, part in corrections.items()}
+    discretization_errors = {name: part.error for name, part in corrections.items()}
     integration = error.of_integration
     parts = {"expansion": np.maximum(of_expansion, error.steps) + integration}
     also = {"integration": integration} if choice.carriers.any() else {}
-    if finer:
-        parts["discretization"] = np.sum(list(finer.values()), axis=0)
+    if discretization_errors:
+        parts["discretization"] = np.sum(list(discretization_errors.values()), axis=0)
     total = np.sum(list(parts.values()), axis=0)
     trusted = trust(labels, error.missed)
     relative = error.of_outputs(total)
@@ -111,11 +114,11 @@ def expectations(
         {"discretization_error": "not estimated"}
         | {
             f"{name}_error": error.relative(band_errors)
-            for name, band_errors in (finer | parts | also).items()
+            for name, band_errors in (discretization_errors | parts | also).items()
         },
         expected_error=error.relative(total),
         runs_refined=finer_runs,
-        refined=list(finer),
+        refined=list(discretization_errors),
         discretization=evaluate.discretization_in_words(),
         steps_per_period=[
             1 / (frequency * numbers["step"])
@@ -123,6 +126,7 @@ def expectations(
             if frequency * numbers.get("step", 0.0) > 0
         ],
     )
+    # In words, what is corrected, and which outputs are judged in another way.
     names = np.array(names_of_outputs(labels))
     by_kind = (
         (name, kind, names[correction.kinds == kind])
@@ -135,22 +139,24 @@ def expectations(
     of_names = {"small_components": error.small, "same_counts": error.steps.any(axis=-1)}
     for name, where in of_names.items():
         if where.any():
-            chosen = names[where]
-            dataset.attrs[name] = ", ".join(chosen[:3]) + (", …" if len(chosen) > 3 else "")
+            output_names = names[where]
+            dataset.attrs[name] = ", ".join(output_names[:3]) + (
+                ", …" if len(output_names) > 3 else ""
+            )
     return dataset
 
 
 def orders_used(course: Adaptation) -> list[str]:
     """Return the variables whose highest order is in use, each with this order."""
     orders = zip(_variables(course.space), course.choice.orders, course.design.highest, strict=True)
-    return [f"{name} ({order})" for name, order, most in orders if order >= most]
+    return [f"{name} ({order})" for name, order, highest in orders if order >= highest]
 
 
 def advice(course: Adaptation, stopped: StopReason) -> str:
     """Return what helps where the tolerance is not met."""
-    used = orders_used(course)
-    if used or stopped is StopReason.ORDERS_USED:
-        where = f" in {', '.join(used)}" if used else ""
+    variables_at_limit = orders_used(course)
+    if variables_at_limit or stopped is StopReason.ORDERS_USED:
+        where = f" in {', '.join(variables_at_limit)}" if variables_at_limit else ""
         return (
             f"more runs hardly help, since the highest order is in use{where}. Where the response "
             "jumps or has a corner, LHSScanning, SobolScanning or MonteCarlo (--method "
@@ -185,9 +191,9 @@ def _warn_of_unexplained(course: Adaptation) -> None:
     names = names_of_outputs(course.labels)
     lost = [names[k] for k in np.flatnonzero(course.error.unexplained)]
     if lost:
-        more = ", …" if len(lost) > 3 else ""
+        suffix = ", …" if len(lost) > 3 else ""
         warn(
-            f"{', '.join(lost[:3])}{more}: the bands have no width although the runs differ, "
+            f"{', '.join(lost[:3])}{suffix}: the bands have no width although the runs differ, "
             f"since {number_of(len(course.fitted.values), 'run')} show no terms of "
             "an expansion; LHSScanning, SobolScanning and MonteCarlo need no terms"
         )
@@ -224,9 +230,9 @@ def _largest_miss(course: Adaptation) -> str:
 def _place(labels: xr.DataArray, number: int) -> str:
     """Return "of output F, time 0.1" for the number of a value of a response."""
     where = zip(labels.dims[1:], np.unravel_index(number, labels.shape[1:]), strict=True)
-    known = coordinates(labels)
+    coords = coordinates(labels)
     words = []
     for dim, k in where:
-        value = known[str(dim)].values[k] if dim in known else k
+        value = coords[str(dim)].values[k] if dim in coords else k
         words.append(f"{dim} {value:.4g}" if isinstance(value, float) else f"{dim} {value}")
     return f"of {', '.join(words)}" if words else "of the response"

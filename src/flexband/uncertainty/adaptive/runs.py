@@ -51,27 +51,27 @@ class RareRuns(NamedTuple):
 
 
 def evaluate_runs(
-    evaluate: Evaluate, xi: np.ndarray, eta: np.ndarray, needed: int = 0
+    evaluate: Evaluate, xi: np.ndarray, eta: np.ndarray, essential_count: int = 0
 ) -> ResponseRuns:
     """Return the runs at ξ and η that succeed, as `successful_runs` does."""
-    return successful_runs(ResponseRuns(xi, eta, series(evaluate(xi, eta))), needed)
+    return successful_runs(ResponseRuns(xi, eta, series(evaluate(xi, eta))), essential_count)
 
 
-def successful_runs(runs: ResponseRuns, needed: int) -> ResponseRuns:
-    """Return the runs that did not fail; raise `RunError` if one of the first, needed ones did."""
-    good = np.asarray(np.isfinite(runs.values).all(axis=(1, 2)))
-    failed = np.flatnonzero(~good[:needed])
-    held = good[needed:]
-    few = needed and held.sum() < min(MIN_HELD, len(held))
+def successful_runs(runs: ResponseRuns, essential_count: int) -> ResponseRuns:
+    """Return runs that did not fail; raise `RunError` if one of the first, essential ones did."""
+    finite_mask = np.asarray(np.isfinite(runs.values).all(axis=(1, 2)))
+    failed = np.flatnonzero(~finite_mask[:essential_count])
+    holdout_mask = finite_mask[essential_count:]
+    few = essential_count and holdout_mask.sum() < min(MIN_HELD, len(holdout_mask))
     if len(failed) or few:
-        fitted = f"{len(failed)} of {number_of(needed, 'run')} that are fitted"
+        fitted = f"{len(failed)} of {number_of(essential_count, 'run')} that are fitted"
         which = fitted if len(failed) else "most of the held-out runs"
         raise RunError(
             f"AdaptivePCCI needs every run of its design; {which} failed. RegressionPCCI and the "
             "scanning methods go on without them",
             dict.fromkeys(failed.tolist(), (0.0, "failed")),
         )
-    return runs if good.all() else ResponseRuns(*(v[good] for v in runs))
+    return runs if finite_mask.all() else ResponseRuns(*(v[finite_mask] for v in runs))
 
 
 class RunBuffer:
@@ -81,15 +81,15 @@ class RunBuffer:
     refer to them.
     """
 
-    def __init__(self, runs: ResponseRuns, fitted: int, most: int, reserved: int = 2**31):
-        """Copy runs, of which the first are fitted; `most` is the budget.
+    def __init__(self, runs: ResponseRuns, fitted: int, budget: int, reserved: int = 2**31):
+        """Copy runs, of which the first are fitted; `budget` is the number there may be.
 
         At most so many bytes are `reserved` for all of the budget; they are used once there are
         runs.
         """
         self.fit_count = fitted
         size = max(1, runs.values[0].nbytes)
-        capacity = max(len(runs.values), min(most, reserved // size))
+        capacity = max(len(runs.values), min(budget, reserved // size))
         self.memory = _larger(runs, capacity)
         self.count = len(runs.values)
 
@@ -109,9 +109,9 @@ class RunBuffer:
         first = self.fit_count
         end = self.fit_count + len(new.values)
         self._make_room(len(new.values))
-        for array, held, added in zip(self.memory, self.held, new, strict=True):
-            for k in reversed(range(len(held))):  # one by one: a copy of all takes memory
-                array[end + k] = held[k]
+        for array, holdout, added in zip(self.memory, self.held, new, strict=True):
+            for k in reversed(range(len(holdout))):  # one by one: a copy of all takes memory
+                array[end + k] = holdout[k]
             array[first:end] = added
         self.fit_count = end
         self.count = self.count + len(new.values)
@@ -122,14 +122,14 @@ class RunBuffer:
             array[self.count : self.count + len(added)] = added
         self.count += len(new.values)
 
-    def _make_room(self, more: int) -> None:
-        if self.count + more > len(self.memory.values):
-            self.memory = _larger(self.all, 2 * (self.count + more))
+    def _make_room(self, extra_count: int) -> None:
+        if self.count + extra_count > len(self.memory.values):
+            self.memory = _larger(self.all, 2 * (self.count + extra_count))
 
 
 def _larger(runs: ResponseRuns, capacity: int) -> ResponseRuns:
     """Return a copy of runs in memory for more."""
     memory = ResponseRuns(*(np.empty((capacity, *array.shape[1:])) for array in runs))
-    for array, known in zip(memory, runs, strict=True):
-        array[: len(known)] = known
+    for array, values in zip(memory, runs, strict=True):
+        array[: len(values)] = values
     return memory

@@ -130,25 +130,31 @@ class RegressionPCCI(ExpansionMethod):
         are off by is that of the other methods.
         `trusted` is false for outputs of which more than half of the variation is missed.
         """
+        # Run at points that earlier runs do not cover.
         index = self.index(space)
         m = space.interval_dimension
-        known = evaluate.earlier_runs(self.fitted_runs(space) // 2)
-        new = self.fitted_runs(space) - len(known[0])
+        earlier_runs = evaluate.earlier_runs(self.fitted_runs(space) // 2)
+        new = self.fitted_runs(space) - len(earlier_runs[0])
         points = nested_points(new, m, space.families, self.seed, space.discs)
         values = evaluate(*points)
-        if len(known[0]):
-            points = (np.concatenate([points[0], known[0]]), np.concatenate([points[1], known[1]]))
-            earlier = known[2].reshape(-1, *values.shape[1:])
-            values = xr.concat([values, values[:0].pad(sample=(0, len(earlier)))], "sample")
-            values.values[new:] = earlier
-        good = np.isfinite(series(values)).all(axis=(1, 2))
-        if not good.all():
-            values = values[good]
-            points = (points[0][good], points[1][good])
+        if len(earlier_runs[0]):
+            points = (
+                np.concatenate([points[0], earlier_runs[0]]),
+                np.concatenate([points[1], earlier_runs[1]]),
+            )
+            earlier_values = earlier_runs[2].reshape(-1, *values.shape[1:])
+            values = xr.concat([values, values[:0].pad(sample=(0, len(earlier_values)))], "sample")
+            values.values[new:] = earlier_values
+        # Leave out runs that failed.
+        finite_mask = np.isfinite(series(values)).all(axis=(1, 2))
+        if not finite_mask.all():
+            values = values[finite_mask]
+            points = (points[0][finite_mask], points[1][finite_mask])
         if len(values) <= len(index):
             raise RunError(
                 f"{are(len(values), 'run')} left, too few for {number_of(len(index), 'term')}", {}
             )
+        # Fit the terms, and predict each run from all others.
         terms = normalized_values(index, *points, space.families)
         check_determined(terms)
         signal = series(values)
@@ -160,8 +166,8 @@ class RegressionPCCI(ExpansionMethod):
         expansion = DirectExpansion(outputs, polynomials)
         missed = left_out.reshape(signal.shape)
         error = share(m) * np.sqrt(np.einsum("rot,rot->ot", missed, missed) / len(missed))
-        least = least_error(signal, units_of(values))[:, None]
-        error = np.maximum(error, np.maximum(least, unseen_steps(signal)))
+        min_error = least_error(signal, units_of(values))[:, None]
+        error = np.maximum(error, np.maximum(min_error, unseen_steps(signal)))
         error = error.reshape(values.shape[1:])
         trusted = trust(
             values, missed_part(missed, signal, units_of(values)), "its variation in left-out runs"

@@ -49,7 +49,7 @@ class Evaluate(ABC):
         numbers = self.description.discretization.items()
         return ", ".join(f"{name} {n:.6g}" for name, n in numbers)
 
-    def earlier_runs(self, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def earlier_runs(self, max_count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return ξ, η and values of up to so many earlier runs at generic points."""
         return np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))
 
@@ -136,8 +136,8 @@ class Method(ABC):
         smallest = 4e6  # of a study with the smallest outputs
         bounds = 6 * (1 + intervals)  # of μ, μ − σ and μ + σ: each has a value and a place
         in_result = 12 + 4 * intervals  # ends of bands and errors; places of the ends of both bands
-        most = max(self.copies * runs, (1 + self.expands) * runs + bounds + in_result)
-        return smallest + run_bytes * most, run_bytes * runs * self.copies_per_carrier
+        peak_runs = max(self.copies * runs, (1 + self.expands) * runs + bounds + in_result)
+        return smallest + run_bytes * peak_runs, run_bytes * runs * self.copies_per_carrier
 
     def advice(self, space: Space, most_runs: int) -> str:
         """Return which options take at most so many runs, as text; "" if that is not known."""
@@ -162,8 +162,8 @@ class ExpansionMethod(Method):
 
         Of each name these are `linear_runs`, two held-out ones, and one of these on a third level.
         """
-        given = self.correct and not self.chooses_discretization
-        return ((self.linear_runs(space) + 3) * names + (names > 1)) * given
+        corrects = self.correct and not self.chooses_discretization
+        return ((self.linear_runs(space) + 3) * names + (names > 1)) * corrects
 
     def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
         """Return the bands and the diagnostics."""

@@ -121,7 +121,8 @@ class PCCI(ExpansionMethod):
         random = of_variables("random_order", self.random_order, space, random=True)
         last = (family.last_order for family in space.families)
         random = [
-            k if most == math.inf else int(most) for k, most in zip(random, last, strict=True)
+            k if last_order == math.inf else int(last_order)
+            for k, last_order in zip(random, last, strict=True)
         ]
         return random, of_variables("interval_order", self.interval_order, space, random=False)
 

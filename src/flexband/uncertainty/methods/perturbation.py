@@ -127,6 +127,7 @@ class PerturbationChebyshev(ExpansionMethod):
         index = np.hstack([np.repeat(terms, n + 1, axis=0), np.tile(first, (len(terms), 1))])
         coefficients = transformed(flat, [*chebyshev, linear])
         expansion = HybridExpansion(space.families, index, coefficients, space.discs)
+        # The indicator of what is left out.
         curved = np.abs(bend @ flat.reshape(len(eta), len(xi), -1)).sum(axis=1).max(axis=0)
         highest = np.asarray(expansion.highest()[: len(orders)].any(axis=0))
         indicator = curved + expansion.size_of(highest)

@@ -34,8 +34,8 @@ class Scanning(Method):
     """What N is reduced by in the mean square of the deviations: 1 as in Eq. (10), or 0."""
 
     def __post_init__(self) -> None:
-        for name, least in (("samples", 2), ("points", 2), ("seed", 0)):
-            object.__setattr__(self, name, check_integer(name, getattr(self, name), least))
+        for name, minimum in (("samples", 2), ("points", 2), ("seed", 0)):
+            object.__setattr__(self, name, check_integer(name, getattr(self, name), minimum))
 
     def normals(self, dimension: int) -> np.ndarray:
         """Return samples of standard normal variables, shape (samples, dimension).
@@ -53,20 +53,20 @@ class Scanning(Method):
         """Return which samples and points take at most so many runs, as text."""
         m = space.interval_dimension
         sampled = space.random_dimension > 0
-        most = most_runs // (self.samples if sampled else 1)
-        largest = min(self.points, int(most ** (1 / m)) + 1) if m else self.points
-        points = next((p for p in range(largest, 1, -1) if p**m <= most), 2)
+        max_points = most_runs // (self.samples if sampled else 1)
+        largest = min(self.points, int(max_points ** (1 / m)) + 1) if m else self.points
+        points = next((p for p in range(largest, 1, -1) if p**m <= max_points), 2)
         samples = min(self.samples, most_runs // points**m) if sampled else 1
         if points**m > most_runs or (sampled and samples < 2):
             return (
                 f"No scan fits, since the ends of {number_of(m, 'interval')} alone are "
                 f"2^{m} points; AdaptivePCCI and RegressionPCCI do without a scan"
             )
-        chosen = replace(self, samples=max(2, samples), points=points)
-        given = {"samples": samples} if sampled else {}
-        options = {**given, "points": points}.items()
+        scan = replace(self, samples=max(2, samples), points=points)
+        sample_options = {"samples": samples} if sampled else {}
+        options = {**sample_options, "points": points}.items()
         return (
-            f"{' and '.join(f'{k}={v}' for k, v in options)} would take {chosen.runs(space)} "
+            f"{' and '.join(f'{k}={v}' for k, v in options)} would take {scan.runs(space)} "
             f"({' '.join(f'--{k} {v}' for k, v in options)} on the command line)"
             + (", at the ends of the intervals alone" if points == 2 else "")
         )
@@ -82,8 +82,8 @@ class Scanning(Method):
         eta = in_discs(tensor_points([np.linspace(-1, 1, self.points)] * m), space.discs)
         values = evaluate(np.tile(xi, (len(eta), 1)), np.repeat(eta, len(xi), axis=0))
         flat = values.values.reshape(len(eta), len(xi), -1)
-        good = np.asarray(np.isfinite(flat).all(axis=2))
-        few = np.flatnonzero(good.sum(axis=1) < min(2, len(xi)))
+        finite_mask = np.asarray(np.isfinite(flat).all(axis=2))
+        few = np.flatnonzero(finite_mask.sum(axis=1) < min(2, len(xi)))
         if len(few):
             at = of_intervals(space, eta[few[0]])
             raise RunError(
@@ -92,7 +92,8 @@ class Scanning(Method):
                 "the response there, or choose intervals without such points",
                 {},
             )
-        samples = [v if mask.all() else v[mask] for v, mask in zip(flat, good, strict=True)]
+        # The moments at each point of the scan, and the extremes over these points.
+        samples = [v if mask.all() else v[mask] for v, mask in zip(flat, finite_mask, strict=True)]
         mean = np.stack([v.mean(axis=0) for v in samples])
         std = np.stack(
             [v.std(axis=0, ddof=self.lost) if len(xi) > 1 else 0 * v[0] for v in samples]

@@ -62,8 +62,8 @@ class TensorDesign:
 
     def fit(self, stage: Stage) -> HybridExpansion:
         """Return the expansion of the parts of runs at these points."""
-        given = PartColumns.of_stage(stage).pack(stage), self.families, self.orders, self.nodes
-        return HybridExpansion.fit(*given, overwrite=bool(stage.carriers))
+        arguments = PartColumns.of_stage(stage).pack(stage), self.families, self.orders, self.nodes
+        return HybridExpansion.fit(*arguments, overwrite=bool(stage.carriers))
 
     def of_intervals(self, eta: np.ndarray) -> np.ndarray:
         """Return w² at η, shape (…, m)."""
@@ -79,7 +79,7 @@ class TensorDesign:
 
     def missed(
         self,
-        held: ResponseRuns,
+        holdout: ResponseRuns,
         missed: np.ndarray,
         *,
         options: BandErrorOptions = BandErrorOptions(),
@@ -90,30 +90,31 @@ class TensorDesign:
         normally distributed, with the variance Σ_v a_v² w_v²; as few steps as these do not separate
         what the runs cannot. What is missed has the shape (runs, outputs, times).
         """
-        w = np.concatenate([self.of_intervals(held.eta), self.of_random(held.xi)], axis=1)
+        w = np.concatenate([self.of_intervals(holdout.eta), self.of_random(holdout.xi)], axis=1)
         square = np.mean(missed**2, axis=2)
         mean = np.maximum(square.mean(axis=0) / max(w.sum(axis=1).mean(), 0.1 * w.shape[1]), 1e-300)
         parts = np.ones((square.shape[1], w.shape[1]))
         for _ in range(options.steps):
             variance = np.maximum(w @ parts.T, options.min_variance)
-            known = np.maximum(w.T @ (1 / variance), 1e-300)  # none of options, which all are nodes
-            parts *= np.sqrt((w.T @ (square / mean / variance**2)) / known).T
+            # none of options, which all are nodes
+            weight_sums = np.maximum(w.T @ (1 / variance), 1e-300)
+            parts *= np.sqrt((w.T @ (square / mean / variance**2)) / weight_sums).T
         return np.maximum(parts, options.min_share) * mean[:, None]
 
-    def places(self, most: int = BandErrorOptions().max_places) -> np.ndarray:
+    def places(self, max_places: int = BandErrorOptions().max_places) -> np.ndarray:
         """Return η at nodes, between them and at the ends, (places, m); some, if there are many."""
         coordinates = [
             np.unique([-1.0, 1.0, *x, *(x[1:] + x[:-1]) / 2]) for x in map(np.sort, self.nodes)
         ]
-        if np.prod([float(len(x)) for x in coordinates]) <= most:
+        if np.prod([float(len(x)) for x in coordinates]) <= max_places:
             return tensor_points(coordinates)
         rng = np.random.default_rng(0)
-        return np.stack([rng.choice(x, most) for x in coordinates], axis=-1)
+        return np.stack([rng.choice(x, max_places) for x in coordinates], axis=-1)
 
 
 def error_of_bands(
     design: TensorDesign,
-    held: ResponseRuns,
+    holdout: ResponseRuns,
     error: ExpectedError,
     *,
     options: BandErrorOptions = BandErrorOptions(),
@@ -127,9 +128,10 @@ def error_of_bands(
     if not intervals + random:
         return np.stack([error.values, error.values])
     missed = error.choice.missed
-    square = design.missed(held, missed, options=options)
+    square = design.missed(holdout, missed, options=options)
     in_time = running_rms(np.sqrt(np.mean(missed**2, axis=0)), error.window)
     in_time /= np.maximum(in_time.mean(axis=-1, keepdims=True), 1e-300)
+    # How much the bounds move if values at other places are off by what is missed there.
     eta = design.places(options.max_places)
     mean, std = error.moments(eta)
     parts = np.zeros((2, len(square)))
@@ -155,7 +157,7 @@ def error_of_bands(
     overshoot = share(intervals) * running_rms(error.choice.overshoot, error.window)
     values = np.hypot(parts[..., None] * in_time, overshoot)
     values[0] *= growth(0) if random else 1.0  # without σ, the mean is the error bar
-    return np.maximum(values, np.finfo(float).eps * rms(held.values)[:, None])
+    return np.maximum(values, np.finfo(float).eps * rms(holdout.values)[:, None])
 
 
 def largest_error(error: ExpectedError, m: int) -> np.ndarray:

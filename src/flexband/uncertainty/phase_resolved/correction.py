@@ -31,7 +31,7 @@ def corrected_choice(
     of_expansion: np.ndarray,
     runs: tuple[ResponseRuns, ResponseRuns],
     evaluate: Evaluate,
-    more: xr.Dataset,
+    diagnostics: xr.Dataset,
     dt: float = 1.0,
 ) -> Surrogate:
     """Return the surrogate of the chosen fits, corrected, with the error it expects.
@@ -42,25 +42,27 @@ def corrected_choice(
     error : what is known of the fits.
     of_expansion : the error of mean and error bar that is due to them, (2, outputs, times).
     runs : those that are fitted, and those held out.
-    more : further diagnostics.
+    diagnostics : those that are known already.
     dt : step of the times, if there are carriers.
     """
-    fitted, held = runs
+    fitted, holdout = runs
     design = LinearDesign.from_runs(fitted, space.families)
     refinement = Refinement(evaluate, 0.0)
     few = ResponseRuns(*(v[design.rows] for v in fitted))
-    corrections = refinement.corrections(CoarseRuns(few, held, design.small), error, dt)
+    corrections = refinement.corrections(CoarseRuns(few, holdout, design.small), error, dt)
     dataset = expectations(labels, error, of_expansion, corrections, evaluate, refinement.finer)
     if "corrected" not in dataset.attrs:
         warn(
             "correct=True corrects nothing: no more than a quarter of the error of step and "
             "elements must be left in held-out runs; it is estimated"
         )
-    if {"pointwise_error", "error_bar_discretization_error"} <= {*more, *dataset}:
-        further = AT_ONE_TIME * dataset["error_bar_discretization_error"]
-        more = more.assign(pointwise_error=more["pointwise_error"] + further)
-    dataset = dataset.merge(more.drop_vars(list(dataset.data_vars), errors="ignore"))
-    dataset = dataset.assign_attrs(more.attrs | dataset.attrs)
+    if {"pointwise_error", "error_bar_discretization_error"} <= {*diagnostics, *dataset}:
+        discretization_error = AT_ONE_TIME * dataset["error_bar_discretization_error"]
+        diagnostics = diagnostics.assign(
+            pointwise_error=diagnostics["pointwise_error"] + discretization_error
+        )
+    dataset = dataset.merge(diagnostics.drop_vars(list(dataset.data_vars), errors="ignore"))
+    dataset = dataset.assign_attrs(diagnostics.attrs | dataset.attrs)
     return of_choice(space, labels, error, runs, dataset, list(corrections.values()))
 
 
@@ -73,9 +75,9 @@ def of_choice(
     corrections: Sequence[DiscretizationCorrection] = (),
 ) -> Surrogate:
     """Return the surrogate of the chosen fits; parameters are those of `corrected_choice`."""
-    fitted, held = runs
-    count = len(held.values)
+    fitted, holdout = runs
+    count = len(holdout.values)
     dataset = dataset.assign_attrs(
         runs_fitted=len(fitted.values), runs_checked=count, runs_generic=count
     )
-    return corrected_surrogate(space, labels, error, held, dataset, corrections)
+    return corrected_surrogate(space, labels, error, holdout, dataset, corrections)

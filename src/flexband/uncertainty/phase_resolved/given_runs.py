@@ -39,26 +39,31 @@ def corrected_expansion(
     m = space.interval_dimension
     families = space.families
     check_no_play(space, "correct=True")
-    held = evaluate_runs(evaluate, *generic_points(0, HELD, m, families))
-    if len(held.values) < MIN_HELD:
+    holdout = evaluate_runs(evaluate, *generic_points(0, HELD, m, families))
+    if len(holdout.values) < MIN_HELD:
         raise RunError("most of the runs that are held out of the correction failed", {})
     (expansion,) = surrogate.expansions
     count = len(expansion.outputs)
     columns = PartColumns.from_outputs(count, 0)
     parts = expansion.hybrid
     fit = PartsFit(np.arange(count), parts, columns, [], len(fitted.values))
-    choice = BestFits.from_fits([fit], fitted, held, len(held.values), RareRuns.none(held))
-    F = np.concatenate([fitted.values, held.values])
+    choice = BestFits.from_fits([fit], fitted, holdout, len(holdout.values), RareRuns.none(holdout))
+    F = np.concatenate([fitted.values, holdout.values])
     units = units_of(labels)
     components = quantities(evaluate, count)
-    error = ExpectedError.from_choice(choice, len(held.values), F, 1.0, m, units, components)
+    error = ExpectedError.from_choice(choice, len(holdout.values), F, 1.0, m, units, components)
+    # The error of the bands is that of the method, or follows from the held-out runs.
     diagnostics = surrogate.diagnostics
     bands = ("mean_expected_error", "error_bar_expected_error")
     if bands[0] in diagnostics:
-        both = np.stack([diagnostics[band].values.reshape(count, -1) for band in bands])
+        band_errors = np.stack([diagnostics[band].values.reshape(count, -1) for band in bands])
     elif nodes is not None:
-        both = error_of_bands(TensorDesign(nodes, families, parts.random_orders), held, error)
+        band_errors = error_of_bands(
+            TensorDesign(nodes, families, parts.random_orders), holdout, error
+        )
     else:
-        both = np.stack([error.values, error.values])
-    both = np.maximum(both, least_error(F, units)[:, None])
-    return corrected_choice(space, labels, error, both, (fitted, held), evaluate, diagnostics)
+        band_errors = np.stack([error.values, error.values])
+    band_errors = np.maximum(band_errors, least_error(F, units)[:, None])
+    return corrected_choice(
+        space, labels, error, band_errors, (fitted, holdout), evaluate, diagnostics
+    )

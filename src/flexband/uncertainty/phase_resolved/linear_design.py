@@ -34,18 +34,18 @@ class LinearDesign:
         which = np.flatnonzero(size > 0)
         scaled = (x - (x.max(axis=0) + x.min(axis=0)) / 2)[:, which] / size[which]
         center = int(np.argmin(np.sum(scaled**2, axis=1).round(9)))
-        away = np.abs(scaled - scaled[center])
+        distances = np.abs(scaled - scaled[center])
         rows = [center]
         for v in range(len(which)):
-            alone = away[:, v] * (np.delete(away, v, axis=1) < 1e-9).all(axis=1)
+            alone = distances[:, v] * (np.delete(distances, v, axis=1) < 1e-9).all(axis=1)
             rows += [int(np.argmax(alone.round(9)))] * bool(alone.max() > 0)
         if len(rows) <= len(which):
             rows = list(range(min(len(x), 2 * (1 + len(which)))))
         index = first_terms(eta.shape[1], xi.shape[1], 1 + x.shape[1])[[0, *(1 + which)]]
         terms = HybridExpansion(tuple(families), index, np.zeros((len(index), 0)))
-        chosen = np.array(rows)
-        matrix = terms.terms(xi[chosen], eta[chosen])
-        return LinearDesign(tuple(families), index, chosen, matrix)
+        numbers = np.array(rows)
+        matrix = terms.terms(xi[numbers], eta[numbers])
+        return LinearDesign(tuple(families), index, numbers, matrix)
 
     def small(self, series: np.ndarray) -> HybridExpansion:
         """Return the linear expansion of series in these runs, (runs, series)."""

@@ -89,19 +89,20 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         random_orders, interval_orders = self.orders(space)
         nodes = [self.interval_nodes(q) for q in interval_orders]
         design = TensorDesign(nodes, space.families, random_orders)
-        held = generic_points(0, HELD, len(nodes), space.families)
-        xi, eta = (np.concatenate(pair) for pair in zip(design.points, held, strict=True))
+        holdout = generic_points(0, HELD, len(nodes), space.families)
+        xi, eta = (np.concatenate(pair) for pair in zip(design.points, holdout, strict=True))
         values = evaluate(xi, eta)
         runs, dt = ResponseRuns(xi, eta, series(values)), step(values)
-        fitted, held = (runs.which(rows) for rows in np.s_[: len(design), len(design) :])
-        rare = RareRuns.none(held)
+        fitted, holdout = (runs.which(rows) for rows in np.s_[: len(design), len(design) :])
+        rare = RareRuns.none(holdout)
 
         def best(rare: RareRuns) -> BestFits:
             fits = map(
                 partial(PartsFit.from_design, design), decompose(runs.values, dt)
             )  # one by one
-            return BestFits.from_fits(fits, fitted, held, HELD, rare)
+            return BestFits.from_fits(fits, fitted, holdout, HELD, rare)
 
+        # Runs at rare values follow from a first choice of fits, and may change it.
         choice = best(rare)
         components = quantities(evaluate, runs.values.shape[1])
         of_runs = HELD, runs.values, dt, len(nodes), units_of(values), components
@@ -111,20 +112,23 @@ class PhaseResolvedPCCI(ImprovedPCCI):
             rare = _rare_runs(error, space, evaluate)
             choice = best(rare)
             error = ExpectedError.from_choice(choice, *of_runs)
-        least = least_error(runs.values, units)[:, None]
-        both = np.maximum(error_of_bands(design, held, error), least)
+        # The error of the bands, and the worst one at any place.
+        min_error = least_error(runs.values, units)[:, None]
+        band_errors = np.maximum(error_of_bands(design, holdout, error), min_error)
         dataset = xr.Dataset()
-        worst = np.maximum(largest_error(error, len(nodes)), least) + error.of_integration[1]
+        worst = np.maximum(largest_error(error, len(nodes)), min_error) + error.of_integration[1]
         worst *= AT_ONE_TIME
         dataset["pointwise_error"] = values.dims[1:], worst.reshape(values.shape[1:])
-        made = fitted, held
+        made = fitted, holdout
         labels = values[:0]
         if self.correct:
-            surrogate = corrected_choice(space, labels, error, both, made, evaluate, dataset, dt)
+            surrogate = corrected_choice(
+                space, labels, error, band_errors, made, evaluate, dataset, dt
+            )
         else:
-            of_all = expectations(labels, error, both, {}, evaluate, 0).merge(dataset)
+            of_all = expectations(labels, error, band_errors, {}, evaluate, 0).merge(dataset)
             surrogate = of_choice(space, labels, error, made, of_all)
-        return surrogate.with_attrs(runs_checked=len(held.values) + len(rare.weight))
+        return surrogate.with_attrs(runs_checked=len(holdout.values) + len(rare.weight))
 
 
 def _rare_runs(error: ExpectedError, space: Space, evaluate: Evaluate) -> RareRuns:
@@ -137,5 +141,5 @@ def _rare_runs(error: ExpectedError, space: Space, evaluate: Evaluate) -> RareRu
     options = RareValueOptions(max_slopes=1)
     rare = RareValues.along_slopes(slopes, space.families, m, options=options)
     runs = ResponseRuns(rare.xi, rare.eta, series(evaluate(rare.xi, rare.eta)))
-    good = np.isfinite(runs.values).all(axis=(1, 2))
-    return RareRuns(ResponseRuns(*(v[good] for v in runs)), rare.weight[good])
+    finite_mask = np.isfinite(runs.values).all(axis=(1, 2))
+    return RareRuns(ResponseRuns(*(v[finite_mask] for v in runs)), rare.weight[finite_mask])

@@ -87,16 +87,16 @@ def track(
     places = np.linspace(0, times - 1, int((times - 1) / stride) + 1)
     at = np.unique(np.round(places).astype(int))
     smooth = max(1, round(options.averaging_periods / (frequency * dt * stride)))
-    turned = np.zeros((len(F), len(at)))
+    rotation = np.zeros((len(F), len(at)))
     z, part = split(F, psi, at, half, options.degree)
     for k in range(passes):
         z, part = split(F, psi, at, half, options.degree) if k else (z, part)
-        turned = common_rotation(z * np.sqrt(part), scale, smooth, options.silent_energy)
-        psi = psi + cubic_spline(at, turned, np.arange(times))
+        rotation = common_rotation(z * np.sqrt(part), scale, smooth, options.silent_energy)
+        psi = psi + cubic_spline(at, rotation, np.arange(times))
         rate = np.diff(psi, axis=-1) / (2 * np.pi * dt)
         if rate.min() < frequency / 2 or rate.max() > 2 * frequency:
             return None
-    z = z * np.exp(-1j * turned)[:, None]
+    z = z * np.exp(-1j * rotation)[:, None]
     # A constant phase per run aligns the envelopes of all runs, except for their sign: so an
     # amplitude that passes through zero stays a smooth function of the inputs.
     overlap = np.sum(z * z[len(z) // 2].conj() / scale[:, None] ** 2, axis=(1, 2))
@@ -180,6 +180,7 @@ def split_windows(F, waves, kernels, at, fitted):
     factor = np.empty((size, size, lanes))
     solution = np.empty((size, lanes))
     rest = np.empty(lanes)
+    # Solve the normal equations of every window.
     for k in range(len(at)):
         first = max(0, at[k] - half)
         last = min(times, at[k] + half + 1)

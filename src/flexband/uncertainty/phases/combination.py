@@ -48,7 +48,7 @@ def _sum(summand: Parts, other: Parts) -> Parts:
     """Return the parts of a sum, which has the carriers of both."""
     columns = PartColumns.from_outputs(summand[1].outputs, summand[1].carriers + other[1].carriers)
     first = 0
-    placed = []
+    wide_parts = []
     for parts, layout in (summand, other):
         rows = parts.coefficients.reshape(len(parts.index), layout.width, -1)
         wide = np.zeros((len(rows), columns.width, rows.shape[2]))
@@ -56,5 +56,5 @@ def _sum(summand: Parts, other: Parts) -> Parts:
         at = layout.outputs + first * columns.block
         wide[:, at : at + layout.width - layout.outputs] = rows[:, layout.outputs :]
         first += layout.carriers
-        placed.append(replace(parts, coefficients=wide.reshape(len(rows), -1)))
-    return placed[0] + placed[1], columns
+        wide_parts.append(replace(parts, coefficients=wide.reshape(len(rows), -1)))
+    return wide_parts[0] + wide_parts[1], columns

@@ -54,11 +54,11 @@ def decompose(
     """
     yield Stage([], F)
     separation = Separation(F, dt, options)
-    least = 0.0
+    min_energy = 0.0
     while F.shape[-1] >= options.min_times and len(separation.carriers) < options.max_carriers:
         energy, varying = spectra(separation.rest, separation.scale)
-        least = least if separation.carriers else options.min_energy * varying.sum()
-        peaks = detect(energy, varying, F.shape[-1], dt, least, options=options)
+        min_energy = min_energy if separation.carriers else options.min_energy * varying.sum()
+        peaks = detect(energy, varying, F.shape[-1], dt, min_energy, options=options)
         carrier, multiple = separation.next_carrier(peaks[: options.max_peaks])
         if carrier is None:
             break
@@ -109,8 +109,8 @@ class Separation:
 
     def tracked(self, frequency: float, psi: np.ndarray, passes: int) -> Carrier | None:
         """Return the carrier near a phase ψ, (runs, times), in the rest; None if it is lost."""
-        known = self.rest, self.dt, frequency, psi, self.scale, passes
-        return track(*known, align=self.align, options=self.options)
+        arguments = self.rest, self.dt, frequency, psi, self.scale, passes
+        return track(*arguments, align=self.align, options=self.options)
 
     def harmonic(self, frequency: float, multiple: int) -> Carrier | None:
         """Return the carrier whose phase is a multiple of the first carrier's."""
@@ -140,8 +140,10 @@ class Separation:
             old = self.carriers[k]
             old.add_to(self.rest)
             frequency = old.frequency
-            again = self.harmonic(frequency, h) if h else self.tracked(frequency, old.phase, 1)
-            self.carriers[k] = old if again is None else again
+            new_carrier = (
+                self.harmonic(frequency, h) if h else self.tracked(frequency, old.phase, 1)
+            )
+            self.carriers[k] = old if new_carrier is None else new_carrier
             self.carriers[k].add_to(self.rest, -1.0)
 
 
@@ -150,7 +152,7 @@ def detect(
     varying: np.ndarray,
     times: int,
     dt: float,
-    least: float,
+    min_energy: float,
     *,
     options: CarrierOptions = CarrierOptions(),
 ) -> list[np.ndarray]:
@@ -171,14 +173,15 @@ def detect(
     band_energy = band(frequency)
     ok = frequency >= options.min_cycles / (times * dt)
     ok &= frequency <= options.max_frequency / dt
-    ok &= band_energy > least
+    ok &= band_energy > min_energy
     for beside in (frequency / ratio**2, frequency * ratio**2):
         ok &= band_energy > 2 * band(beside)
+    # Take the strongest candidate, and leave out what is near it, until there are none.
     candidates = []
     while ok.any():
         peak = frequency[np.argmax(np.where(ok, band_energy, 0.0))]
-        near = energy * ((frequency > peak / 1.25) & (frequency < peak * 1.25))
-        candidates.append(near @ frequency / np.maximum(near.sum(1), 1e-300))
+        peak_energy = energy * ((frequency > peak / 1.25) & (frequency < peak * 1.25))
+        candidates.append(peak_energy @ frequency / np.maximum(peak_energy.sum(1), 1e-300))
         ok &= (frequency < peak / 1.5) | (frequency > peak * 1.5)
     return candidates
 

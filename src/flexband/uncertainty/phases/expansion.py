@@ -108,9 +108,9 @@ class PhaseExpansion:
     def of_arrays(
         inputs: Sequence[Family], outputs: np.ndarray, carriers: np.ndarray, **parts: np.ndarray
     ) -> PhaseExpansion:
-        most = CarrierOptions().max_carriers
-        if not 1 <= carriers <= most:
-            raise InputError(f"carriers must be from 1 to {most}; got {carriers}")
+        max_carriers = CarrierOptions().max_carriers
+        if not 1 <= carriers <= max_carriers:
+            raise InputError(f"carriers must be from 1 to {max_carriers}; got {carriers}")
         columns = PartColumns.from_outputs(len(outputs), int(carriers))
         return PhaseExpansion(outputs, HybridExpansion.of_arrays(inputs, **parts), columns)
 
@@ -137,6 +137,7 @@ def _search(
     smooth = polynomials.coefficients(terms)
     size = np.maximum(smooth.max(axis=0), -smooth.min(axis=0))
     matter = np.any(size > SEARCH.negligible_coefficient * size.max(axis=0), axis=1)
+    # Scan with the terms that matter, and search from the best points.
     points, beside = scan_points(2 * orders[:m], reach[:m] * (not terms.saturated))
     basis = np.ascontiguousarray(expansion.chebyshev(points)[:, expansion.i[matter]])
     if not matter.all():

@@ -47,9 +47,9 @@ class Sizes(NamedTuple):
 
     def times(self, other: Sizes) -> Sizes:
         """Return the sizes of the largest coefficients of a product."""
-        both = (self.orders > 0).astype(float) @ (other.orders > 0).T.astype(float)
-        half = 0.5**both
-        matter = np.zeros(both.shape, bool)
+        shared_variables = (self.orders > 0).astype(float) @ (other.orders > 0).T.astype(float)
+        half = 0.5**shared_variables
+        matter = np.zeros(shared_variables.shape, bool)
         columns = list(zip(self.size.T, other.size.T, strict=True))
         for a, b in columns:
             size = a[:, None] * b * half
@@ -65,8 +65,8 @@ class Sizes(NamedTuple):
         if len(self.size) <= count:
             return self
         part = self.size / np.maximum(self.size.max(axis=0), 1e-300)
-        chosen = np.argsort(-part.max(axis=1), kind="stable")[:count]
-        return Sizes(self.orders[chosen], self.size[chosen])
+        rows = np.argsort(-part.max(axis=1), kind="stable")[:count]
+        return Sizes(self.orders[rows], self.size[rows])
 
 
 def _group_rows(orders: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -92,15 +92,16 @@ def moment_orders(blocks: Sequence[PartTerms]) -> list[np.ndarray]:
     terms = blocks[0]
     index = terms.expansion.index[:, : terms.interval_dimension]
     sizes = np.stack([_sizes(block) for block in blocks], axis=2)
-    value, fluctuation, mixed, turned = (
+    value, fluctuation, mixed, phase_change = (
         Sizes.from_index(index, size.T).largest(2 * MOMENTS.max_terms) for size in sizes
     )
     turn = _of_exponential(mixed)
     mean = value.times(turn)
-    fluctuation = fluctuation.plus(value.times(turned))
+    fluctuation = fluctuation.plus(value.times(phase_change))
     variance = fluctuation.times(fluctuation).times(turn)
     varying = mean.size[mean.orders.any(axis=1)].sum(axis=0) + fluctuation.size.sum(axis=0)
     scattering = variance.size.sum(axis=0)
+    # Keep what is not negligible in parts of the variation.
     parts = [
         mean.size / np.where(varying > 0, varying, 1.0),
         variance.size / np.where(scattering > 0, scattering, 1.0),
@@ -108,19 +109,21 @@ def moment_orders(blocks: Sequence[PartTerms]) -> list[np.ndarray]:
     orders = np.concatenate([mean.orders, variance.orders])
     part = np.concatenate(parts).T
     interval_index = terms.expansion.interval_index
-    needed = part > MOMENTS.negligible_term
-    return [_with_lower(interval_index, orders[chosen]) for chosen in needed]
+    masks = part > MOMENTS.negligible_term
+    return [_with_lower(interval_index, orders[mask]) for mask in masks]
 
 
-def _with_lower(interval_index: np.ndarray, needed: np.ndarray) -> np.ndarray:
-    """Return orders with all lower ones; of those that are needed, no more than is affordable."""
+def _with_lower(interval_index: np.ndarray, relevant_orders: np.ndarray) -> np.ndarray:
+    """Return orders with all lower ones; of the relevant ones, no more than is affordable."""
     m = interval_index.shape[1]
-    share = (needed / np.maximum(needed.max(axis=0, initial=0), 1)).sum(axis=1)
+    share = (relevant_orders / np.maximum(relevant_orders.max(axis=0, initial=0), 1)).sum(axis=1)
     part = 1.0
     while True:
-        chosen = needed[share <= part * m]
-        orders = with_lower_orders(np.concatenate([np.zeros((1, m), int), interval_index, chosen]))
-        if len(orders) <= MOMENTS.max_terms or not len(chosen):
+        selection = relevant_orders[share <= part * m]
+        orders = with_lower_orders(
+            np.concatenate([np.zeros((1, m), int), interval_index, selection])
+        )
+        if len(orders) <= MOMENTS.max_terms or not len(selection):
             return orders
         part *= 0.9
 

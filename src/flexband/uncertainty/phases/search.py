@@ -45,7 +45,7 @@ def search(
     mean = np.empty(len(points))
     std = np.empty(len(points))
     aim = np.empty(len(points))
-    chosen = np.empty((terms, block + carriers))
+    coefficients = np.empty((terms, block + carriers))
     turns = np.empty((len(points), columns.turns), np.complex128)
     best = np.empty(starts)
     which = np.empty(starts, np.int64)
@@ -55,23 +55,25 @@ def search(
         for p in range(len(points)):
             _turn(scanned[p, columns.phase :], turning, turns[p])
         for o in range(columns.outputs):
+            # The moments of one output at all points of the scan, and its coefficients.
             for p in range(len(points)):
                 mean[p], variance = _moments(scanned[p, o * block :], turns[p], columns)
                 std[p] = np.sqrt(max(variance, 0.0))
             for term in range(terms):
-                copy(chosen[term, :block], smooth[t, term, o * block :])
-                copy(chosen[term, block:], smooth[t, term, columns.phase :])
+                copy(coefficients[term, :block], smooth[t, term, o * block :])
+                copy(coefficients[term, block:], smooth[t, term, columns.phase :])
             for a in range(len(targets)):
                 c, sign = targets[a]
                 for p in range(len(points)):
                     aim[p] = sign * (mean[p] + c * std[p])
+                # Descend from the lowest points.
                 lowest(aim, neighbours, 1.0, best, which)
                 values[a, o, t] = best[0]
                 copy(places[a, o, t], points[which[0]])
                 for k in range(starts if m else 0):
                     if best[k] < np.inf:
                         copy(eta, points[which[k]])
-                        bound = _descend(chosen, index, columns, turning, c, sign, eta)
+                        bound = _descend(coefficients, index, columns, turning, c, sign, eta)
                         if bound < values[a, o, t]:
                             values[a, o, t] = bound
                             copy(places[a, o, t], eta)
@@ -104,21 +106,21 @@ def _moments(v, turns, columns):
 
 
 @compiled
-def _descend(chosen, index, columns, turning, c, sign, eta):
+def _descend(coefficients, index, columns, turning, c, sign, eta):
     """Move η to a nearby minimum of sign (μ + c σ) by quasi-Newton steps; return the minimum."""
     m = len(eta)
     highest = largest(index.flat, 0, index.size)
     work = (
         np.empty((3, highest + 1, m, 1)),
         np.empty((1 + m, len(index))),
-        np.empty((1 + m, chosen.shape[1])),
+        np.empty((1 + m, coefficients.shape[1])),
     )
     gradient = np.empty(m)
     new_gradient = np.empty(m)
     trial = np.empty(m)
     moved = np.empty(m)
     along = np.empty(m)
-    best = _value(chosen, index, columns, turning, c, sign, eta, work, gradient)
+    best = _value(coefficients, index, columns, turning, c, sign, eta, work, gradient)
     square = 0.0
     hessian = np.zeros((m, m))
     for a in range(m):
@@ -127,10 +129,11 @@ def _descend(chosen, index, columns, turning, c, sign, eta):
         hessian[a, a] = np.sqrt(square) / SEARCH.first_step + 1e-300
     reach = 1.0
     fresh = True
+    # Take steps that lower the value; shorten the reach after those that do not.
     for _ in range(SEARCH.max_steps):
         if not step(eta, gradient, hessian, reach, trial) > SEARCH.min_relative_gain * abs(best):
             break
-        value = _value(chosen, index, columns, turning, c, sign, trial, work, new_gradient)
+        value = _value(coefficients, index, columns, turning, c, sign, trial, work, new_gradient)
         curve = 0.0
         bend = 0.0
         for a in range(m):
@@ -170,7 +173,7 @@ def _update(hessian, moved, along, curve):
 
 
 @compiled
-def _value(chosen, index, columns, turning, c, sign, eta, work, gradient):
+def _value(coefficients, index, columns, turning, c, sign, eta, work, gradient):
     """Return sign (μ + c σ) at η and fill its gradient."""
     powers, basis, rows = work
     m = len(eta)
@@ -181,12 +184,13 @@ def _value(chosen, index, columns, turning, c, sign, eta, work, gradient):
             d = 1 if v == a else 0
             for i in range(len(index)):
                 basis[1 + a, i] *= powers[d, index[i, v], v, 0]
-    multiply(basis, chosen, rows)
+    multiply(basis, coefficients, rows)
     turns = np.empty(columns.turns, np.complex128)
     _turn(rows[0, columns.block :], turning, turns)
     mean, variance = _moments(rows[0], turns, columns)
     std = np.sqrt(max(variance, 0.0))
     per_std = 0.5 * c / std if std > 0 else 0.0
+    # The slopes of mean and variance in each direction.
     for a in range(m):
         d = rows[1 + a]
         v = rows[0]
@@ -194,9 +198,9 @@ def _value(chosen, index, columns, turning, c, sign, eta, work, gradient):
         mean_slope, slope = _moments(d, turns, columns)
         for k in range(columns.turns):
             carrier, other, s = turning[k]
-            turned = phase_slope[carrier] + (s * phase_slope[other] if s else 0.0)
-            re = turns[k].real * turned
-            im = turns[k].imag * turned  # e^{iψ} ψ′, to be times i
+            turn_slope = phase_slope[carrier] + (s * phase_slope[other] if s else 0.0)
+            re = turns[k].real * turn_slope
+            im = turns[k].imag * turn_slope  # e^{iψ} ψ′, to be times i
             slope -= v[columns.turn_real + k] * im + v[columns.turn_imag + k] * re
             if s == 0:
                 mean_slope -= (

@@ -144,8 +144,8 @@ class PartTerms:
         slope = self.slope()[:, :, self.normal]
         for c, d, s in self.turning:
             turn_slope = slope[:, c] + s * slope[:, d] * (s != 0)
-            most = bend[:, c] + bend[:, d] * (s != 0)
-            if np.any(np.linalg.norm(turn_slope, axis=1) - most < MOMENTS.saturated):
+            max_bend = bend[:, c] + bend[:, d] * (s != 0)
+            if np.any(np.linalg.norm(turn_slope, axis=1) - max_bend < MOMENTS.saturated):
                 return False
         return True
 
@@ -169,6 +169,7 @@ class PartTerms:
         sections = Sections(self.coefficients, expansion.i, expansion.j, phi)
         index = np.ascontiguousarray(expansion.random_index)
         filled = self.columns, self.moments, self.turning, table
+        # Choose the cheapest way to integrate that resolves the phases.
         if rule is None and self.saturated:
             without_turning(sections, norms, *filled)
             return table

@@ -26,10 +26,10 @@ def cos_and_sin(angles, start, cos, sin):
     1980), and the rest, at most π/4, is put into the Taylor series.
     """
     first, second, third = QUARTERS
-    most = 0.0
+    max_angle = 0.0
     for q in range(len(angles)):
-        most = max(most, abs(angles[q] - start))
-    if most > LARGEST:
+        max_angle = max(max_angle, abs(angles[q] - start))
+    if max_angle > LARGEST:
         for q in range(len(angles)):
             cos[q] = np.cos(angles[q] - start)
             sin[q] = np.sin(angles[q] - start)

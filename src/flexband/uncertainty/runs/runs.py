@@ -398,14 +398,14 @@ class Level(Evaluate):
         self.runs.keep(self, (xi, eta, values.values))
         return values
 
-    def earlier_runs(self, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def earlier_runs(self, max_count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return ξ, η and values of up to so many runs that a store has for other intervals."""
         runs = self.runs
         record = self.runs.evaluations.record
         if record is None:
             return np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))
         xi, eta, values, remarks = generic_runs(
-            record, runs.space, setting(runs.case, self.finer, self.response.branch), most
+            record, runs.space, setting(runs.case, self.finer, self.response.branch), max_count
         )
         runs.remark(self.finer, remarks)
         runs.done += len(xi)

@@ -45,8 +45,8 @@ def terms_of(m: int, families: Sequence[Family], rows: int) -> np.ndarray:
     index = candidates(dimension)
     for order in range(4, highest + 1):
         try:
-            more = bounded_terms(dimension, order, 1.0, max(per_row * rows, len(index)))
+            larger_index = bounded_terms(dimension, order, 1.0, max(per_row * rows, len(index)))
         except InputError:
             break
-        index = more
+        index = larger_index
     return index[existing_terms(index, families)]

@@ -41,21 +41,23 @@ def growth_beyond_rows(
     inside = 2 * u[:, :m] - 1
     at_ends = np.where(np.abs(inside) < 0.5, 2 * inside, np.sign(inside))
     places = of_normals(ndtri(u[:, m:]), families), at_ends
+    # What the fit misses of the next terms where the inputs are.
     next_orders = np.eye(m + n, dtype=int) * (1 + _highest_alone(index))[:, None]
     next_orders = next_orders[existing_terms(next_orders, families)]
     everything = np.concatenate([index, next_orders])
     of_rows, of_places = (
         normalized_values(everything, *at, families) for at in ((xi, eta), places)
     )
-    terms, further = np.split(of_rows, [len(index)], axis=1)
-    beyond = of_places[:, len(index) :] - of_places[:, : len(index)] @ _solve(terms, further)
-    missed = np.empty_like(further)
+    terms, next_terms = np.split(of_rows, [len(index)], axis=1)
+    beyond = of_places[:, len(index) :] - of_places[:, : len(index)] @ _solve(terms, next_terms)
+    # The same in cross-validation, for terms that the rows show.
+    missed = np.empty_like(next_terms)
     for k in np.unique(fold):
         rows = fold == k
-        missed[rows] = further[rows] - terms[rows] @ _solve(terms[~rows], further[~rows])
+        missed[rows] = next_terms[rows] - terms[rows] @ _solve(terms[~rows], next_terms[~rows])
     size = weight @ missed**2
-    known = size > 1e-12 * np.mean(further**2, axis=0)
-    growth = np.mean(beyond**2, axis=0)[known] / size[known]
+    mask = size > 1e-12 * np.mean(next_terms**2, axis=0)
+    growth = np.mean(beyond**2, axis=0)[mask] / size[mask]
     return float(np.sqrt(max(1.0, growth.max(initial=1.0))))
 
 

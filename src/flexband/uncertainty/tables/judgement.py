@@ -42,24 +42,26 @@ def judge_by_rows(
     count = max(1, round(1 / np.sum(weight**2)))  # as many rows of equal weight tell as much
     which = np.searchsorted(np.cumsum(weight), (np.arange(count) + 0.5) / count)
     which = np.minimum(which, len(F) - 1)
+    # Leave out the noise of repeated rows.
     of_means = table.noise**2 / np.bincount(table.group).mean()
-    known = np.mean(missed[which] ** 2, axis=0)
-    without_noise = np.sqrt(np.maximum(1 - of_means / np.maximum(known, 1e-300), 1 / len(F)))
+    mean_square = np.mean(missed[which] ** 2, axis=0)
+    without_noise = np.sqrt(np.maximum(1 - of_means / np.maximum(mean_square, 1e-300), 1 / len(F)))
     missed = missed * without_noise
     window = max(1, round(0.02 * F.shape[-1]))
-    held = HeldOut(xi[which], eta[which], missed[which], np.zeros(F.shape[1:]), window)
+    judges = HeldOut(xi[which], eta[which], missed[which], np.zeros(F.shape[1:]), window)
     # bounds rest at corners of the intervals, where what is missed of each of them adds up
-    error = held.expected_error(1) / share(1) * max(1, space.interval_dimension) ** 0.5
+    error = judges.expected_error(1) / share(1) * max(1, space.interval_dimension) ** 0.5
     error = np.maximum(error, least_error(F, units)[:, None])
     of_mean = growth(0) if space.random_dimension else 1.0
-    both = np.stack([of_mean * error, error])
+    band_errors = np.stack([of_mean * error, error])
     trusted = trust(labels, missed_part(missed[which], F, units), "its variation in rows left out")
     zeros = np.zeros(len(carriers))
-    dataset = diagnostics(labels, both, zeros, carriers, trusted, [])
-    for band, band_error in zip(("mean", "error_bar"), both, strict=True):
+    dataset = diagnostics(labels, band_errors, zeros, carriers, trusted, [])
+    for band, band_error in zip(("mean", "error_bar"), band_errors, strict=True):
         dataset[f"{band}_expansion_error"] = labels.dims[1:], band_error.reshape(labels.shape[1:])
     dataset = dataset.assign_attrs(surrogate.diagnostics.attrs)
-    surrogate = replace(surrogate, diagnostics=dataset, held_out=held)
+    # Errors in parts of the bars' width need the bands.
+    surrogate = replace(surrogate, diagnostics=dataset, held_out=judges)
     bar = surrogate.bands()["error_bar"].transpose("bound", *labels.dims[1:])
     relative = relative_to_bars(dataset, bar, F, units)
     dataset["relative_expected_error"] = axes_of(labels).dims, relative

@@ -45,24 +45,24 @@ def folds(rows: np.ndarray, targets: np.ndarray, count: int, seed: int) -> np.nd
     """
     near_enough = 0.67  # of the distance from a place to the nearest row, in the lower quartile
     rng = np.random.default_rng(seed)
-    needed = near_enough * _quartile(KDTree(rows).query(targets)[0])
+    min_distance = near_enough * _quartile(KDTree(rows).query(targets)[0])
     fold = rng.permutation(len(rows)) % count
-    if _distance(rows, fold) >= needed:
+    if _distance(rows, fold) >= min_distance:
         return fold
     for blocks in range(min(count, len(rows) // 2), 1, -1):
         fold = kmeans2(rows, blocks, rng=rng, minit="++")[1]
-        if _distance(rows, fold) >= needed:
+        if _distance(rows, fold) >= min_distance:
             break
     return np.unique(fold, return_inverse=True)[1]
 
 
 def _distance(rows: np.ndarray, fold: np.ndarray) -> float:
     """Return the lower quartile of distances of rows to the nearest one of another fold."""
-    apart = np.empty(len(rows))
+    distances = np.empty(len(rows))
     for k in np.unique(fold):
         inside = fold == k
-        apart[inside] = 0.0 if inside.all() else KDTree(rows[~inside]).query(rows[inside])[0]
-    return _quartile(apart)
+        distances[inside] = 0.0 if inside.all() else KDTree(rows[~inside]).query(rows[inside])[0]
+    return _quartile(distances)
 
 
 def _quartile(distances: np.ndarray) -> float:
@@ -94,7 +94,7 @@ def too_few_levels(space: Space, xi: np.ndarray, eta: np.ndarray) -> list[str]:
         option = space.inputs[name]
         if isinstance(option, RandomOption):
             absent = set(option.options) - set(option.value(column[:, None]).tolist())
-            doubts += [f"no row of the table has {name} = {each!r}" for each in sorted(absent)]
+            doubts += [f"no row of the table has {name} = {value!r}" for value in sorted(absent)]
         elif count < 3:
             values = number_of(count, "value")
             doubts.append(f"{name} has {values} in all rows, which show no curve")
@@ -120,6 +120,7 @@ def beyond_rows(space: Space, xi: np.ndarray, eta: np.ndarray) -> list[str]:
         lacking += [f"{'low' if side < 0 else 'high'} {name}" for side in sides]
     if lacking:
         return _in_words(lacking)
+    # If each input alone reaches its ends, pairs of them may not.
     for v, w in combinations(range(len(names)), 2):
         for a, b in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
             nearest = np.max(a * at[:, v] + b * at[:, w]) / 2
@@ -131,12 +132,12 @@ def beyond_rows(space: Space, xi: np.ndarray, eta: np.ndarray) -> list[str]:
 
 
 def _in_words(lacking: Sequence[str]) -> list[str]:
-    shown = ", ".join(lacking[:3]) + (", …" if len(lacking) > 3 else "")
-    return [f"no row of the table is near {shown}"] if lacking else []
+    text = ", ".join(lacking[:3]) + (", …" if len(lacking) > 3 else "")
+    return [f"no row of the table is near {text}"] if lacking else []
 
 
 def _usual(space: Space) -> np.ndarray:
     """Return the smaller distance of ξ from 0 at two standard deviations of a normal one, (n,)."""
     n = space.random_dimension
-    both = of_normals(np.array([[-2.0] * n, [2.0] * n]), space.families)
-    return np.abs(both).min(axis=0)
+    bounds = of_normals(np.array([[-2.0] * n, [2.0] * n]), space.families)
+    return np.abs(bounds).min(axis=0)

@@ -49,6 +49,7 @@ def surrogate_of_rows(
     F = table.means
     terms = terms_of(space.interval_dimension, space.families, len(F))
     design = TableDesign(xi, eta, space.families, terms)
+    # Cross-validate fits with all numbers of carriers.
     at = coordinates_of(xi, eta)
     targets = target_places(space)
     fold = folds(at, targets, min(most_folds, len(F)), seed)
@@ -58,13 +59,14 @@ def surrogate_of_rows(
     of_stages = cross_validated(design, stages, F, fold, at)
     carriers = carriers_of(of_stages, weight)
     missed = missed_with_carriers(of_stages, weight, fold)
+    # Fit all rows with the best number of carriers of each output.
     expansions = []
     for k in np.unique(carriers):
         fit = PartsFit.from_design(design, stages[k])
         outputs = np.flatnonzero(carriers == k)
         expansions.append(fit.of_outputs(outputs).expansion)
-        known = (xi, eta), space.families, fold, weight
-        missed[:, outputs] *= growth_beyond_rows(fit.formed.index, *known)
+        arguments = (xi, eta), space.families, fold, weight
+        missed[:, outputs] *= growth_beyond_rows(fit.formed.index, *arguments)
     attrs = {
         "runs": len(table.response),
         "method": f"regression of a table of {len(table.response)} rows",

@@ -33,9 +33,9 @@ class RunTable:
             if values.dtype.kind in "biuf" and not np.isfinite(values).all():
                 row = int(np.flatnonzero(~np.isfinite(values))[0])
                 raise InputError(f"table: {name} must be finite; row {row + 1} has {values[row]}")
-        good = np.isfinite(series(response)).all(axis=(1, 2))
-        if not good.all():
-            row = int(np.flatnonzero(~good)[0])
+        finite_mask = np.isfinite(series(response)).all(axis=(1, 2))
+        if not finite_mask.all():
+            row = int(np.flatnonzero(~finite_mask)[0])
             raise InputError(
                 f"table: outputs must be finite; row {row + 1} is not: leave the row out, if the "
                 "run failed"
@@ -79,10 +79,10 @@ class RunTable:
 
     def check(self, names: list[str]) -> None:
         """Raise `InputError` if rows are too few for the inputs, or contradict each other."""
-        needed = 4 + 2 * len(names)
-        if self.groups < needed:
+        min_rows = 4 + 2 * len(names)
+        if self.groups < min_rows:
             raise InputError(
-                f"table must have {needed} different rows or more for {', '.join(names)}; "
+                f"table must have {min_rows} different rows or more for {', '.join(names)}; "
                 f"got {self.groups}"
             )
         values = series(self.response)
@@ -90,8 +90,8 @@ class RunTable:
         noise = np.sqrt(np.mean(self.noise**2, axis=1))
         contradicted = noise > 0.7 * scatter
         if contradicted.any() and noise.max() > 0:
-            apart = np.abs(values - self.means[self.group])[:, contradicted].max(axis=(1, 2))
-            row = int(apart.argmax())
+            deviation = np.abs(values - self.means[self.group])[:, contradicted].max(axis=(1, 2))
+            row = int(deviation.argmax())
             others = np.flatnonzero(self.group == self.group[row])
             rows = ", ".join(str(k + 1) for k in others[:4])
             raise InputError(

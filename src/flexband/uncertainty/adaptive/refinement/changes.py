@@ -35,7 +35,7 @@ class RunChanges(NamedTuple):
     columns: PartColumns  # of the parts
     parts: np.ndarray  # of the coarse runs, (runs, series)
     change: np.ndarray  # from these to the fine ones, (runs, series)
-    further: np.ndarray  # from the fine to the finest runs, (finest, series)
+    second_change: np.ndarray  # from the fine to the finest runs, (finest, series)
     fitted: int  # number of runs that are not held out, the first ones
 
     @staticmethod
@@ -68,8 +68,8 @@ class RunChanges(NamedTuple):
         of_fit = [stage.part(outputs=fit.outputs) for stage in stages]
         columns = PartColumns.of_stage(of_fit[0])
         coarse, fine, finest = map(columns.pack, of_fit)
-        further = finest - fine[runs.third_level]
-        return RunChanges(columns, coarse, fine - coarse, further, runs.fitted)
+        second_change = finest - fine[runs.third_level]
+        return RunChanges(columns, coarse, fine - coarse, second_change, runs.fitted)
 
     def first(self, changes: Sequence[RunChanges]) -> np.ndarray:
         """Return the first held-out run with the sum of its changes, shape (outputs, times)."""
@@ -83,7 +83,7 @@ class RunChanges(NamedTuple):
     @property
     def third_level(self) -> slice:
         """The runs that are made on three levels."""
-        return slice(self.fitted, self.fitted + len(self.further))
+        return slice(self.fitted, self.fitted + len(self.second_change))
 
     @property
     def factors(self) -> np.ndarray:
@@ -93,10 +93,10 @@ class RunChanges(NamedTuple):
         levels; where they show none, the error is that of the coarse runs alone, 1.
         """
         shape = -1, self.columns.width, self.change.shape[1] // self.columns.width
-        if not len(self.further):
+        if not len(self.second_change):
             return np.full(self.change.shape[1], SECOND_ORDER)
         before = self.change[self.third_level].reshape(shape)
-        after = self.further.reshape(shape)
+        after = self.second_change.reshape(shape)
         products = np.einsum("rst,rst->s", before, after), np.einsum("rst,rst->s", before, before)
         for sums in products:  # an envelope is one complex number
             for first in range(self.columns.real, self.columns.width, self.columns.block):
@@ -131,15 +131,15 @@ class Extrapolation(NamedTuple):
         factors = changes.factors
         join = changes.columns.join
         expansion = expand(changes.change[: changes.fitted])
-        held = changes.held
+        holdout = changes.held
         third = changes.third_level
-        single = join(changes.parts[held] + factors * changes.change[held])
-        fitted = factors * expansion.evaluate(runs.coarse.xi[held], runs.coarse.eta[held])
-        missed = single - join(changes.parts[held] + fitted)
-        shift = (1 - factors) * changes.change[third] + factors * changes.further
+        single = join(changes.parts[holdout] + factors * changes.change[holdout])
+        fitted = factors * expansion.evaluate(runs.coarse.xi[holdout], runs.coarse.eta[holdout])
+        missed = single - join(changes.parts[holdout] + fitted)
+        shift = (1 - factors) * changes.change[third] + factors * changes.second_change
         order = join(changes.parts[third] + factors * changes.change[third] + shift)
         fine = changes.parts[third] + changes.change[third]
-        levels = changes.parts[third], fine, fine + changes.further
+        levels = changes.parts[third], fine, fine + changes.second_change
         return Extrapolation(
             changes,
             expansion,
@@ -177,7 +177,7 @@ class Extrapolation(NamedTuple):
         """
         coarse, fine, finest = self.levels
         before = self.before
-        further = rms(finest - fine)
+        second_change = rms(finest - fine)
         max_halvings = 7  # by which errors do not fall at once from one level to the next
-        changes = (before > ROUNDING * rms(coarse)) & (further > 0.5**max_halvings * before)
+        changes = (before > ROUNDING * rms(coarse)) & (second_change > 0.5**max_halvings * before)
         return np.where(changes, self.after / np.where(changes, before, 1.0), np.inf)

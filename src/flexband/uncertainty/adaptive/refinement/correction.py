@@ -41,9 +41,9 @@ from flexband.uncertainty.surrogates.diagnostics import (
 class ExtrapolationOptions(NamedTuple):
     """When the error of step and mesh is corrected."""
 
-    held: int = 2  # runs that are held out of the correction
+    holdout_runs: int = 2  # runs that are held out of the correction
     finest: int = 1  # how many of them are made on a third level
-    least: float = 0.1  # errors below this part of the tolerance are not corrected
+    threshold: float = 0.1  # errors below this part of the tolerance are not corrected
     # an output is corrected if less than this part of its error is left in the runs that were held
     # out: a correction that leaves more is worth less than the same time spent on a finer
     # discretization
@@ -85,11 +85,11 @@ class FitCorrection(NamedTuple):
             for kind, change in changes.items()
         }
         kinds = np.full(len(fit.outputs), CorrectedPart.NOTHING)
-        least = np.full(len(fit.outputs), options.most_left)
+        smallest_part = np.full(len(fit.outputs), options.most_left)
         for kind, extrapolation in extrapolations.items() if len(runs.finest) else ():
-            better = extrapolation.part < least
+            better = extrapolation.part < smallest_part
             kinds[better] = kind
-            least[better] = extrapolation.part[better]
+            smallest_part[better] = extrapolation.part[better]
         return FitCorrection(fit, kinds, extrapolations)
 
     @staticmethod
@@ -129,10 +129,10 @@ class FitCorrection(NamedTuple):
         """
         columns = self.extrapolations[kind].changes.columns
         some = expansion.of_rows(columns.width, columns.of_outputs(outputs), times)
-        placed = PartColumns.from_outputs(len(outputs), self.fit.columns.carriers)
-        if placed.carriers == columns.carriers:
+        fit_columns = PartColumns.from_outputs(len(outputs), self.fit.columns.carriers)
+        if fit_columns.carriers == columns.carriers:
             return some
-        return some.placed(len(outputs), placed.width, np.arange(len(outputs)))
+        return some.placed(len(outputs), fit_columns.width, np.arange(len(outputs)))
 
     def error(self, m: int, times: int, options: ExtrapolationOptions) -> np.ndarray:
         """Return the error expected of mean and error bar, (2, outputs, times)."""
@@ -143,16 +143,16 @@ class FitCorrection(NamedTuple):
             fit = self.fit.of_outputs(self.fit.outputs[outputs]).at(thin)
             first = fit.formed
             if kind == CorrectedPart.NOTHING:
-                shown = list(self.extrapolations)[-1]  # phases, if they can be followed
-                change = self.extrapolations[shown].expansion
+                last_kind = list(self.extrapolations)[-1]  # phases, if they can be followed
+                change = self.extrapolations[last_kind].expansion
                 factor = SECOND_ORDER
-                second = first + self.placed(shown, change, outputs, thin)
+                second = first + self.placed(last_kind, change, outputs, thin)
             else:
                 extrapolation = self.extrapolations[kind]
                 factor = 1.0
-                further = extrapolation.expansion.constant(extrapolation.shift)
+                shift = extrapolation.expansion.constant(extrapolation.shift)
                 first += self.placed(kind, extrapolation.correction, outputs, thin)
-                second = first + self.placed(kind, further, outputs, thin)
+                second = first + self.placed(kind, shift, outputs, thin)
             bounds = (
                 stack_extremes(extremes_of([expansion_of(fit.outputs, parts, fit.columns)]))
                 for parts in (first, second)
@@ -208,6 +208,7 @@ def corrections_of(
     """
     if not runs:
         return {}
+    # Decide for each fit what is corrected of its outputs.
     outputs, times = choice.missed.shape[1:]
     missed = np.zeros((outputs, times))
     by_fit = []
@@ -218,6 +219,7 @@ def corrections_of(
             of_fit = SECOND_ORDER**2 * _missed_together(parts, together[fit.outputs])
         by_fit.append(_decide_corrections(parts, of_fit, options))
         missed[fit.outputs] = np.where(by_fit[-1][0].corrects[:, None], of_fit, 0.0)
+    # Collect the corrections and their errors by name.
     corrections = {}
     for name, fits in zip(runs, zip(*by_fit, strict=True), strict=True):
         error = np.empty((2, outputs, times))
@@ -259,9 +261,9 @@ def _decide_corrections(
     """
     before = sum(part.before for part in parts)
     after = sum(part.after for part in parts) + rms(missed[None])
-    kept = after < options.most_left * before
+    mask = after < options.most_left * before
     return [
-        part._replace(kinds=np.where(kept, part.kinds, CorrectedPart.NOTHING)) for part in parts
+        part._replace(kinds=np.where(mask, part.kinds, CorrectedPart.NOTHING)) for part in parts
     ]
 
 

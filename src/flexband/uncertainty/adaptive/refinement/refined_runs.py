@@ -59,11 +59,13 @@ class RefinedRuns(NamedTuple):
         those of `with_design`.
         """
         try:
-            finer = evaluate.refinements().get(name)
-            if finer is None:
+            finest_response = evaluate.refinements().get(name)
+            if finest_response is None:
                 return self
-            held = self.coarse.which(slice(self.fitted, self.fitted + count))
-            return self._replace(finest=_made(finer, held, f"show the order of the {name}"))
+            holdout = self.coarse.which(slice(self.fitted, self.fitted + count))
+            return self._replace(
+                finest=_made(finest_response, holdout, f"show the order of the {name}")
+            )
         except RunError as error:
             if not evaluate.description.left_out:  # otherwise a finer level is tried
                 warn(f"the error of the {name} is not corrected: {error}")

@@ -30,7 +30,7 @@ class CoarseRuns(NamedTuple):
     """Runs on the discretization whose error is corrected."""
 
     few: ResponseRuns  # at points of the design, from which `expand` expands small series
-    held: ResponseRuns  # held out, at generic points
+    holdout: ResponseRuns  # held out, at generic points
     expand: SmallExpansion
 
 
@@ -74,10 +74,11 @@ class Refinement:
         times.
         """
         options = self.options
-        finer = self.evaluate.refinements() if self.corrects else {}
-        held = coarse.held.which(slice(options.held))
+        refinements = self.evaluate.refinements() if self.corrects else {}
+        holdout = coarse.holdout.which(slice(options.holdout_runs))
+        # Make the first refined runs, and those of the design where the error is large.
         if self.runs is None:
-            first = held if self.corrects else coarse.few
+            first = holdout if self.corrects else coarse.few
             fitted = 0 if self.corrects else len(first.values)
             self.runs = refined_runs(self.evaluate, first.copy(), fitted)
         small: dict[str, DiscretizationCorrection] = {}
@@ -87,18 +88,21 @@ class Refinement:
                 if error.relative(change) <= self.above:
                     small[name] = DiscretizationCorrection.none(error.choice, change)
                     continue
-                more = runs.with_design(coarse.few.copy(), finer[name], name)
-                self.runs[name] = more.with_finest(options.finest, finer[name], name)
+                runs_with_design = runs.with_design(coarse.few.copy(), refinements[name], name)
+                self.runs[name] = runs_with_design.with_finest(
+                    options.finest, refinements[name], name
+                )
+        # Where several names are corrected at once, a run that is finer in all tells their product.
         large = {name: runs for name, runs in self.runs.items() if name not in small}
-        m = held.eta.shape[1]
-        given = error.choice, coarse.expand, large, dt, m
-        corrections = corrections_of(*given, self.together, options=options)
+        m = holdout.eta.shape[1]
+        arguments = error.choice, coarse.expand, large, dt, m
+        corrections = corrections_of(*arguments, self.together, options=options)
         kinds = np.array([correction.kinds for correction in corrections.values()])
-        several = len(kinds) > 1 and np.any(np.all(kinds != CorrectedPart.NOTHING, axis=0))
-        if self.together is None and several:
-            first = held.which(slice(1)).copy()
+        joint_correction = len(kinds) > 1 and np.any(np.all(kinds != CorrectedPart.NOTHING, axis=0))
+        if self.together is None and joint_correction:
+            first = holdout.which(slice(1)).copy()
             self.together = refined_together(self.evaluate, first, list(large))
-            corrections = corrections_of(*given, self.together, options=options)
+            corrections = corrections_of(*arguments, self.together, options=options)
         corrections |= small
         return {
             name: corrections[name]._replace(
@@ -116,9 +120,9 @@ class Refinement:
         if name not in self.spectra:
             assert self.runs is not None
             runs = self.runs[name]
-            held = runs.coarse.which(slice(runs.fitted, None) if self.corrects else slice(1))
+            holdout = runs.coarse.which(slice(runs.fitted, None) if self.corrects else slice(1))
             change = runs.fine - runs.coarse.values
-            at = (held.xi[:1], held.eta[:1])
+            at = (holdout.xi[:1], holdout.eta[:1])
             spectrum = ErrorSpectrum.from_change(change, dt, resolved=False)
             coarse = self.evaluate.at_more_times(*at)
             fine = self.evaluate.refinements()[name].at_more_times(*at)

@@ -34,8 +34,8 @@ class ErrorSpectrum(NamedTuple):
 
     def lag(self, duration: float, step: float) -> np.ndarray:
         """Return the phase error [rad] of each frequency at the end, (frequencies,)."""
-        turned = 2 * np.pi * self.frequency
-        return turned * duration * (turned * step) ** 2 / 12
+        angular_frequency = 2 * np.pi * self.frequency
+        return angular_frequency * duration * (angular_frequency * step) ** 2 / 12
 
     def after(self, halvings: int, lag: np.ndarray) -> np.ndarray:
         """Return the energy that is left after further halvings, (outputs, frequencies).

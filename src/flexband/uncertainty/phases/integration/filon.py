@@ -61,6 +61,7 @@ class Grid(NamedTuple):
             inverse = [np.linalg.inv(family.values(c - 1, coordinates[:c])) for c in (axis, plane)]
             ell = [p @ i for p, i in zip(polynomials, inverse, strict=True)]
             lagrange[v, : len(x)] = np.concatenate(ell, axis=1) * w[:, None]
+        # The points of the axes and planes, each listed once.
         axes = [(v, k, -1, 0) for v in range(n) for k in range(axis)]
         planes = product(combinations(range(n), 2), range(plane), range(plane))
         products = [(-1, 0, -1, 0), *axes, *((v, k, u, i) for (v, u), k, i in planes)]
@@ -140,12 +141,14 @@ def _weigh(phase, orders, grid, rest, weights):  # noqa: PLR0912
     fast = np.zeros((n, nodes.shape[1]))
     W = np.zeros((n, lagrange.shape[2]), np.complex128)
     M = np.zeros(n, np.complex128)
+    # Collect the terms of the phase that have one variable only.
     for j in range(len(phase)):
         v = 0
         for w in range(n):
             v = w if orders[j, w] > orders[j, v] else v
         if sum_of(orders[j]) == orders[j, v]:
             axis_phase[v, orders[j, v]] = phase[j]
+    # The weights of the rules along each axis, less those of the middle point.
     for v in range(n):
         axis_phase[v, 0] = 0.0
         for k in range(nodes.shape[1]):
@@ -162,6 +165,7 @@ def _weigh(phase, orders, grid, rest, weights):  # noqa: PLR0912
             M[v] += W[v, k]
         W[v, 0] -= M[v]
         W[v, axis] -= M[v]
+    # Multiply them to the weights of the points.
     weights[:] = 0.0
     for row in range(len(products)):
         v, k, u, i, q = products[row]

@@ -46,9 +46,9 @@ class PhaseChange(NamedTuple):
 
 
 def resolving_rule(
-    change: PhaseChange, most: int = MOMENTS.max_rule_points, fineness: float = 1.0
+    change: PhaseChange, max_points: int = MOMENTS.max_rule_points, fineness: float = 1.0
 ) -> Rule | None:
-    """Return points ξ, shape (points, n), and weights of the expectation; None if above `most`.
+    """Return points ξ, (points, n), and weights of the expectation; None if above `max_points`.
 
     The rule is a product of rules in one variable, for normal ξ along rotated axes; a rotation does
     not change their density. If the phase depends on several normal ξ, the axes are the principal
@@ -62,7 +62,7 @@ def resolving_rule(
         math.ceil(size * (fineness if family.bounded else fineness**2)) if size > 1 else 1
         for family, size in zip(families, map(_rule_size, families, orders, turns), strict=True)
     ]
-    if math.prod(sizes) > most:
+    if math.prod(sizes) > max_points:
         return None
     rules = [rule(*axis, fineness) for axis in zip(families, orders, turns, sizes, strict=True)]
     weights = tensor_values([np.ones((1, 1)), *(w[None] for _, w in rules)])[0]
@@ -88,12 +88,13 @@ def axis_rule(change: PhaseChange, in_pairs: int = 3) -> Rule:
         points = np.append(_with_exact_zero(x), 0.0)
         return points[:, None] * (np.arange(n) == v), np.append(w, -1.0)
 
-    further = [v for v in range(n) if v != first and orders[v] > 0]
+    other_axes = [v for v in range(n) if v != first and orders[v] > 0]
     rules = [(np.zeros((1, n)), np.ones(1))]
-    rules += [beyond(v, *rule(families[v], orders[v], turns[v], sizes[v])) for v in further]
-    for v, u in combinations(further, 2):
+    rules += [beyond(v, *rule(families[v], orders[v], turns[v], sizes[v])) for v in other_axes]
+    for v, u in combinations(other_axes, 2):
         (x, a), (y, b) = (beyond(k, *families[k].gauss(in_pairs)) for k in (v, u))
         rules.append(((x[:, None] + y).reshape(-1, n), np.outer(a, b).ravel()))
+    # Join equal points, and repeat them at the points of the first axis.
     points, which = np.unique(np.concatenate([x for x, _ in rules]), axis=0, return_inverse=True)
     weights = np.bincount(which.ravel(), np.concatenate([w for _, w in rules]))
     x, w = rule(families[first], orders[first], turns[first], sizes[first])
@@ -115,18 +116,19 @@ def _axes(change: PhaseChange) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     if len(moving) < 2:
         return axes, orders, turns
     slopes = change.slopes[:, moving]
-    turned = np.linalg.eigh(slopes.T @ slopes)[1].T[::-1]
+    principal_axes = np.linalg.eigh(slopes.T @ slopes)[1].T[::-1]
     own_orders = orders.copy()
     own_turns = turns.copy()
-    own_turns[moving] = np.abs(slopes @ turned.T).max(axis=0)
+    own_turns[moving] = np.abs(slopes @ principal_axes.T).max(axis=0)
     own_orders[moving] = orders[moving].max() + 1
     sizes = [
         map(_rule_size, families, *pair) for pair in ((orders, turns), (own_orders, own_turns))
     ]
+    # Rotate only if that takes fewer points.
     before, after = map(math.prod, sizes)
     if after >= before:
         return axes, orders, turns
-    axes[np.ix_(moving, moving)] = turned
+    axes[np.ix_(moving, moving)] = principal_axes
     return axes, own_orders, own_turns
 
 

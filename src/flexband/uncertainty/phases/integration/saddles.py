@@ -63,15 +63,18 @@ def by_saddles(sections, orders, norms, rule, weights, psi, parts, columns, turn
                     phase += s * rows[:, parts.phase + d * parts.block]
                 if is_saturated(phase, orders):
                     continue
-                good, scale = _contour(phase, orders, powers, saddle, frame)
-                if good:
+                # The integrand on the contour through the saddle, unless the average vanishes.
+                is_exact, scale = _contour(phase, orders, powers, saddle, frame)
+                if is_exact:
                     _integrand(phase, orders, saddle, frame, rule, powers, basis, factors)
-                    good = _weight_integrand(factors, weights, scale)
-                if not good:  # all by the same samples, so that no small σ² is lost in differences
+                    is_exact = _weight_integrand(factors, weights, scale)
+                if not is_exact:
+                    # all by the same samples, so that no small σ² is lost in differences
                     average(
                         rows, psi, sampled, parts, turning, work, mean, base, first, square, second
                     )
                     break
+                # The products of parts that turn with this phase.
                 multiply(basis, rows, values)
                 for q in range(len(rule)):
                     re = values[q]
@@ -142,8 +145,8 @@ def is_saturated(phase, orders):
         else:
             for v in range(orders.shape[1]):
                 if orders[j, v]:
-                    far = MOMENTS.slope_range ** (sum_of(orders[j]) - 1)
-                    bend += abs(phase[j]) * orders[j, v] * far
+                    range_factor = MOMENTS.slope_range ** (sum_of(orders[j]) - 1)
+                    bend += abs(phase[j]) * orders[j, v] * range_factor
     return np.sqrt(slope) - bend >= MOMENTS.saturated
 
 
@@ -176,8 +179,9 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
         if sum_of(orders[j]) == 1:
             for a in range(n):
                 first[a] = phase[j] if orders[j, a] else first[a]
+    # Newton steps towards the saddle.
     saddle[:] = 0.0
-    good = True
+    is_definite = True
     step_size = 0.0
     for sweep in range(MOMENTS.newton_steps + 1):
         _slopes(phase, orders, saddle, powers, step, curve)
@@ -187,12 +191,12 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
                 total = (1.0 if a == b else 0.0) - 1j * curve[a, b]
                 for k in range(b):
                     total -= curve[a, k] * curve[b, k]
-                good = good and (a != b or total.real > 0.05)
+                is_definite = is_definite and (a != b or total.real > 0.05)
                 curve[a, b] = np.sqrt(total) if a == b else total / curve[b, b]
         step_size = 0.0
         for a in range(n):
             step_size += abs(step[a])
-        if sweep == MOMENTS.newton_steps or not good or step_size < 1e-6:
+        if sweep == MOMENTS.newton_steps or not is_definite or step_size < 1e-6:
             break
         substitute(curve, step)
         saddle += step
@@ -203,7 +207,9 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
         size += saddle[a].real ** 2 + saddle[a].imag ** 2
         scale /= curve[a, a]
         frame[a, a] = 1.0
-    if not (good and size < 4 * MOMENTS.saturated**2 and step_size < 1e-3 * MOMENTS.saturated):
+    if not (
+        is_definite and size < 4 * MOMENTS.saturated**2 and step_size < 1e-3 * MOMENTS.saturated
+    ):
         saddle[:] = 0.0
         return False, 1.0 + 0j
     for b in range(n):  # L = R⁻ᵀ

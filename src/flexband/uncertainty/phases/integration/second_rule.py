@@ -37,20 +37,24 @@ def integration_error(
     """
     outputs, times = bounds[0].values.shape[1:]
     m = terms.interval_dimension
-    between = 2 * scrambled_sobol(SECOND_RULE.places * (m > 0), m, seed=1) - 1
+    interior_places = 2 * scrambled_sobol(SECOND_RULE.places * (m > 0), m, seed=1) - 1
     places = np.concatenate([e.places for e in bounds])  # (2 sigmas, outputs, times, m)
-    tasks = outputs * (len(places) + len(between))
+    tasks = outputs * (len(places) + len(interior_places))
     points, noisy = _second_rule(terms, tasks)
     rules = [(terms.expansion.orthogonal(xi), weights) for xi, weights in points]
     affordable = SECOND_RULE.evaluations // (tasks * sum(len(w) for _, w in rules))
-    chosen = np.unique(np.linspace(0, times - 1, min(times, max(affordable, 2))).astype(int))
-    moments = np.empty((len(rules), 2, len(places) + len(between), outputs, len(chosen)))
-    for k, t in enumerate(chosen):
+    time_numbers = np.unique(np.linspace(0, times - 1, min(times, max(affordable, 2))).astype(int))
+    moments = np.empty(
+        (len(rules), 2, len(places) + len(interior_places), outputs, len(time_numbers))
+    )
+    # Integrate anew at the places of the bounds and between them.
+    for k, t in enumerate(time_numbers):
         for o in range(outputs):
-            eta = np.concatenate([places[:, o, t], between])
+            eta = np.concatenate([places[:, o, t], interior_places])
             for r, rule in enumerate(rules):
                 moments[r, :, :, o, k] = _moments(terms, int(t), o, eta, rule)
-    errors = np.zeros((len(sigmas), 2, outputs, len(chosen)))
+    errors = np.zeros((len(sigmas), 2, outputs, len(time_numbers)))
+    # Compare the bounds with the second rule, and look for values beyond them elsewhere.
     for s, (c, e) in enumerate(zip(sigmas, bounds, strict=True)):
         values = moments[:, 0] + c * moments[:, 1]
         mean = values.mean(axis=0)
@@ -58,24 +62,24 @@ def integration_error(
         if noisy:
             noise = values.std(axis=0, ddof=1) / math.sqrt(len(rules))
         for bound, sign in enumerate((-1.0, 1.0)):
-            stated = e.values[bound][:, chosen]
-            apart = _beyond(np.abs(mean[2 * s + bound] - stated), noise[2 * s + bound])
-            further = sign * (mean[len(places) :] - stated) - 3 * noise[len(places) :]
-            errors[s, bound] = np.maximum(apart, further.max(axis=0, initial=0.0))
-    return _at_all_times(errors, chosen, times)
+            bound_values = e.values[bound][:, time_numbers]
+            deviation = _beyond(np.abs(mean[2 * s + bound] - bound_values), noise[2 * s + bound])
+            excess = sign * (mean[len(places) :] - bound_values) - 3 * noise[len(places) :]
+            errors[s, bound] = np.maximum(deviation, excess.max(axis=0, initial=0.0))
+    return _at_all_times(errors, time_numbers, times)
 
 
-def _beyond(apart: np.ndarray, noise: np.ndarray) -> np.ndarray:
+def _beyond(deviation: np.ndarray, noise: np.ndarray) -> np.ndarray:
     """Return the differences that noise does not explain, at least the noise."""
-    return np.maximum(np.sqrt(np.maximum(apart**2 - noise**2, 0.0)), noise)
+    return np.maximum(np.sqrt(np.maximum(deviation**2 - noise**2, 0.0)), noise)
 
 
 def _second_rule(terms: PartTerms, tasks: int) -> tuple[list[Rule], bool]:
     """Return a finer rule, or several of samples whose differences tell their noise."""
     change = terms.over_random
     affordable = SECOND_RULE.evaluations // (tasks * SECOND_RULE.least_times)
-    most = max(affordable, SECOND_RULE.least_points)
-    if (rule := resolving_rule(change, most, SECOND_RULE.fineness)) is not None:
+    max_points = max(affordable, SECOND_RULE.least_points)
+    if (rule := resolving_rule(change, max_points, SECOND_RULE.fineness)) is not None:
         return [rule], False
     count = SECOND_RULE.samples
     n = len(change.families)
@@ -116,9 +120,9 @@ def _moments(
     return mean, std
 
 
-def _at_all_times(errors: np.ndarray, chosen: np.ndarray, times: int) -> np.ndarray:
+def _at_all_times(errors: np.ndarray, time_numbers: np.ndarray, times: int) -> np.ndarray:
     """Return the larger error of both neighbours where none is known."""
     k = np.arange(times)
-    before = np.searchsorted(chosen, k, side="right") - 1
-    after = np.minimum(np.searchsorted(chosen, k), len(chosen) - 1)
+    before = np.searchsorted(time_numbers, k, side="right") - 1
+    after = np.minimum(np.searchsorted(time_numbers, k), len(time_numbers) - 1)
     return np.maximum(errors[..., before], errors[..., after])

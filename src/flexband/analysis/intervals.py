@@ -24,8 +24,8 @@ def over_intervals(
     variable without this dim, which has an upper bound only.
     """
     cases = surrogates_of(surrogate)
-    chosen = {label: select_places(case, at) for label, case in cases.items()}
-    return over_options({label: functional(case) for label, case in chosen.items()}, highest)
+    selections = {label: select_places(case, at) for label, case in cases.items()}
+    return over_options({label: functional(case) for label, case in selections.items()}, highest)
 
 
 def over_options(answers_by_label: Mapping[str, xr.Dataset], highest: str = "") -> xr.Dataset:
@@ -60,7 +60,7 @@ def over_options(answers_by_label: Mapping[str, xr.Dataset], highest: str = "") 
         at = f"{name}_at"
         if at in answers[0]:
             stacked = xr.concat([answer[at] for answer in answers], "option")
-            chosen = xr.DataArray(best, dims=variable.dims)
-            result[at] = stacked.isel(option=chosen).transpose(*answers[0][at].dims)
+            option_numbers = xr.DataArray(best, dims=variable.dims)
+            result[at] = stacked.isel(option=option_numbers).transpose(*answers[0][at].dims)
             result[at].attrs = answers[0][at].attrs
     return result

@@ -153,10 +153,10 @@ class _Envelope:
             opposite = 1 - bound
             above = np.searchsorted(self.quantiles[opposite], values)
             last = self.quantiles.shape[1] - 1
-            tried = np.clip(np.stack([above - 1, above]), 0, last)
-            at = self.eta[opposite][tried]
+            level_numbers = np.clip(np.stack([above - 1, above]), 0, last)
+            at = self.eta[opposite][level_numbers]
             samples = (self.series.values(self.psi, tried_eta, first_time) for tried_eta in at)
-            estimates = [probability_below(some, values) for some in samples]
+            estimates = [probability_below(place_samples, values) for place_samples in samples]
             parts = np.stack([part for part, _ in estimates])
             best = parts.argmax(axis=0) if bound else parts.argmin(axis=0)
             rows = np.arange(len(values))

@@ -145,9 +145,9 @@ def check_samples(space: Space, p: np.ndarray, samples: int) -> None:
     outer = np.minimum(p, 1 - p)
     if space.random_dimension and outer.min() * samples < MIN_BEYOND * (1 - 1e-9):
         worst = float(p[outer.argmin()])
-        least = math.ceil(MIN_BEYOND / outer.min())
+        min_samples = math.ceil(MIN_BEYOND / outer.min())
         raise InputError(
-            f"samples must be {least} or more for the probability {worst:g}; got {samples}"
+            f"samples must be {min_samples} or more for the probability {worst:g}; got {samples}"
         )
 
 
@@ -208,13 +208,13 @@ def search_quantiles(
     them from the places that it found.
     """
     rows = options.tried_places * 2 * len(p) * series.times
-    least = max(options.min_samples, options.min_beyond / np.minimum(p, 1 - p).min())
-    few = int(min(len(xi), max(least, options.max_values / rows)))
-    if few == len(xi):
+    min_samples = max(options.min_samples, options.min_beyond / np.minimum(p, 1 - p).min())
+    search_count = int(min(len(xi), max(min_samples, options.max_values / rows)))
+    if search_count == len(xi):
         return _search(series, series.basis(xi), p, options)
-    eta = _search(series, series.basis(samples_of(families, few, seed + 1)), p, options)
-    more = samples_of(families, min(options.final_factor * few, len(xi)), seed + 1)
-    target = _Target(series, series.basis(more), p, options)
+    eta = _search(series, series.basis(samples_of(families, search_count, seed + 1)), p, options)
+    final_xi = samples_of(families, min(options.final_factor * search_count, len(xi)), seed + 1)
+    target = _Target(series, series.basis(final_xi), p, options)
     which = np.arange(2 * len(p) * series.times)
     starts = eta.reshape(1, -1, eta.shape[-1])
     gains = np.zeros(len(which))
@@ -273,9 +273,9 @@ def _search(
     stride = math.ceil(times / options.max_scanned_times)
     stride = max(stride, math.ceil(len(points) * times * len(psi) / options.max_scanned))
     coarse = np.arange(0, times, stride)
-    every = np.repeat(points, len(coarse), axis=0), np.tile(coarse, len(points))
+    scan_arguments = np.repeat(points, len(coarse), axis=0), np.tile(coarse, len(points))
     function = _Target(series, psi, p, options)
-    scanned = function.quantiles(*every).reshape(len(p), len(points), -1).swapaxes(0, 1)
+    scanned = function.quantiles(*scan_arguments).reshape(len(p), len(points), -1).swapaxes(0, 1)
     sign = function.signs
     targets = times * np.arange(len(sign))[:, None]
     signed = sign[:, None] * np.concatenate([scanned, scanned], axis=1)
@@ -289,8 +289,8 @@ def _search(
     eta = lowest_of_neighbours(function, scanned_series, starts, tolerance, options=options.search)
     if stride > 1:
         coarse_index = np.arange(times) // stride
-        both = np.stack([coarse_index, np.minimum(coarse_index + 1, len(coarse) - 1)])
-        starts = eta.reshape(len(sign), len(coarse), m)[:, both].swapaxes(0, 1)
+        coarse_neighbours = np.stack([coarse_index, np.minimum(coarse_index + 1, len(coarse) - 1)])
+        starts = eta.reshape(len(sign), len(coarse), m)[:, coarse_neighbours].swapaxes(0, 1)
         starts = np.concatenate([starts, of_moments[None]]).reshape(3, -1, m)
         tolerance = tolerance.reshape(len(sign), -1)[:, coarse_index].ravel()
         all_times = (targets + np.arange(times)).ravel()

@@ -74,10 +74,12 @@ def checked_probability(probability: float) -> float:
 def _over_random_options(surrogate: Surrogate, probability: float) -> xr.Dataset:
     """Return the range over all options that have probabilities."""
     inputs = surrogate.space.inputs.items()
-    options = {name: each.options for name, each in inputs if isinstance(each, RandomOption)}
+    options = {name: input_.options for name, input_ in inputs if isinstance(input_, RandomOption)}
     if not options:
         return range_of(surrogate, probability)
-    combined = [dict(zip(options, each, strict=True)) for each in product(*options.values())]
+    combined = [
+        dict(zip(options, combination, strict=True)) for combination in product(*options.values())
+    ]
     return over_options(
         {
             ", ".join(map(str, fixed.values())): range_of(surrogate.narrowed(**fixed), probability)

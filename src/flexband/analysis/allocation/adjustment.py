@@ -155,14 +155,14 @@ class Adjusted:
         step = float(np.diff(first).max())
         trials = np.tile(grid, (len(eta), 1, 1))
         while True:
-            tried = np.repeat(best[:, None], trials.shape[1], axis=1)
-            tried[..., columns] = trials
-            margins = self._least(tried.reshape(-1, self.m)).reshape(len(eta), -1)
+            candidates = np.repeat(best[:, None], trials.shape[1], axis=1)
+            candidates[..., columns] = trials
+            margins = self._least(candidates.reshape(-1, self.m)).reshape(len(eta), -1)
             at = margins.argmax(axis=1)
             better = np.take_along_axis(margins, at[:, None], axis=1)[:, 0] > values
             rows = np.flatnonzero(better)
             values[rows] = margins[rows, at[rows]]
-            best[rows] = tried[rows, at[rows]]
+            best[rows] = candidates[rows, at[rows]]
             step *= shrinkage
             if step < self.options.last_step:
                 return values, best

@@ -168,10 +168,10 @@ class _Timed:
             return [(future, "") for future in done]
         late = [k for k, (_, deadline) in running.items() if deadline <= time.monotonic()]
         at = {key: worker for worker, keys in self.client.processing().items() for key in keys}
-        slow = {at[future.key] for future in late if future.key in at}
+        late_workers = {at[future.key] for future in late if future.key in at}
         for future in late:
             future.cancel()
-        for worker in slow:
+        for worker in late_workers:
             self.replace(worker)
         reason = f"the run was ended after its time limit of {self.time_limit:g} s"
         return [(future, reason) for future in late]

@@ -34,13 +34,13 @@ class RunRecorder:
 
     Runs are in the journal as soon as `add` returns, so that they survive the end of the process; a
     thread writes them to the arrays every `period` [s], or when `most_waiting` bytes wait, and
-    syncs these. Runs that took longer than `slow` [s] are synced at once, unless others were just
-    now.
+    syncs these. Runs that took longer than `long_run_time` [s] are synced at once, unless others
+    were just now.
     """
 
     period = 0.5
     most_waiting = 64e6
-    slow = 0.1
+    long_run_time = 0.1
 
     def __init__(self, store: Store, owner: Owner, about: Mapping[str, str] | None = None):
         """Open or make the store; `about` says which inputs the runs to come are for."""
@@ -94,7 +94,7 @@ class RunRecorder:
         self._synced = float("-inf")
         self._changed = threading.Condition()
         self._error: BaseException | None = None
-        self._told = self._closing = self._hurry = False
+        self._warning_issued = self._closing = self._hurry = False
         self._writer = threading.Thread(target=self._write_all, daemon=True)
         self._writer.start()
 
@@ -214,8 +214,8 @@ class RunRecorder:
                 self._hurry = True
                 self._changed.notify_all()
             self._changed.wait_for(lambda: self._error or self._bytes <= self.most_waiting)
-        if self._error and not self._told:
-            self._told = True
+        if self._error and not self._warning_issued:
+            self._warning_issued = True
             warn(f"runs cannot be recorded in {self.store.folder} at present: {self._error}")
 
     def _append_to_journal(self) -> None:
@@ -224,8 +224,8 @@ class RunRecorder:
         while self._safe < len(self._waiting):
             record = self._waiting[self._safe]
             took = min(record.seconds * len(record.inputs), time.monotonic() - self._synced)
-            self.journal.append(first, record, sync=took > self.slow)
-            if took > self.slow:
+            self.journal.append(first, record, sync=took > self.long_run_time)
+            if took > self.long_run_time:
                 self._synced = time.monotonic()
             self._safe += 1
             first += len(record.inputs)
@@ -252,8 +252,8 @@ class RunRecorder:
             closing = self._closing
             try:
                 older = self.journal.rotate() if batch else []
-            except OSError as raised:
-                error = raised
+            except OSError as exception:
+                error = exception
             self._writing = bool(batch)
         if batch and error is None:
             try:
@@ -261,8 +261,8 @@ class RunRecorder:
                 session = len(self.arrays.sessions) - 1
                 self.arrays.append(columns(batch, session, self._shape))
                 _remove(older)
-            except Exception as raised:  # it is told by `add` and `close`
-                error = raised
+            except Exception as exception:  # it is told by `add` and `close`
+                error = exception
         with self._changed:
             self._writing = False
             if batch:

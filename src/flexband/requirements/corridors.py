@@ -181,11 +181,11 @@ def times_of_window(
     return times
 
 
-def curve(name: str, bound: Bound, output_labels: xr.DataArray, free: float) -> np.ndarray:
-    """Return a bound at all values of an output, of its shape; `free` if there is none."""
+def curve(name: str, bound: Bound, output_labels: xr.DataArray, fill_value: float) -> np.ndarray:
+    """Return a bound at all values of an output, of its shape; `fill_value` if there is none."""
     shape = output_labels.shape[1:]
     if bound is None:
-        return np.full(shape, free)
+        return np.full(shape, fill_value)
     if isinstance(bound, xr.DataArray):
         return _align_curve(name, bound, output_labels)
     if callable(bound):

@@ -140,7 +140,7 @@ class StudyProgress(ProgressListener):
         """Take progress: the first call comes when the store has been opened."""
         self.bar(done, total)
         budget = Budget.from_total(total)
-        each = budget.each
+        each = budget.per_level
         most = not budget.exact
         done = self.before + done
         total = self.before + total

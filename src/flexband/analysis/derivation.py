@@ -184,6 +184,7 @@ class _Derivation:
         xi = samples_of(space.families, samples, seed)
         m = space.interval_dimension
         eta, search_samples = self.places(xi, seed) if m else (np.zeros((6, size, 0)), len(xi))
+        # Compute the statistics at each place once: several bounds may be there.
         flat, which = np.unique(eta.reshape(6 * size, m), axis=0, return_inverse=True)
         which = which.reshape(6, size)
         statistics, error, shift_error = (np.empty((6, size)) for _ in range(3))
@@ -201,6 +202,7 @@ class _Derivation:
                     for shift in shifts
                 ]
                 shift_error[entries] = np.max(changes, axis=0)[entries]
+        # Join the lower and upper bounds of each band.
         dims = ("bound", *self.frame.dims[1:])
         shape = (2, *self.frame.shape[1:])
         data: Variables = {}
@@ -245,6 +247,7 @@ class _Derivation:
         size = self.size
         m = space.interval_dimension
         options = self.options
+        # Choose the points of the scan, and how many samples are affordable.
         scans = [
             series.scanned for e in surrogate.expansions for series in SampledSeries.of_outputs(e)
         ]
@@ -276,6 +279,7 @@ class _Derivation:
             statistics = np.array([statistics_at[place.tobytes()] for place in rounded])
             return sign[target] * statistics[np.arange(len(rounded)), target, positions]
 
+        # Scan the box, and search from the lowest points of each statistic.
         points = points + 0.0
         learn(points)
         scanned = np.stack([statistics_at[place.tobytes()] for place in points])

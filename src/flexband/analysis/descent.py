@@ -73,6 +73,7 @@ def descend(
             break
         before = lowest[rows].copy()
         at_start = best[rows].copy()
+        # Try both sides along every variable, and the vertex where both are higher.
         for k in range(m):
             middle = best[rows].copy()
             center = lowest[rows].copy()
@@ -95,6 +96,7 @@ def descend(
                 places = middle[inside]
                 places[:, k] = np.clip(places[:, k] + np.clip(vertex, a, b), -1, 1)
                 tried(rows[inside], places)
+        # Repeat the change of the whole sweep, then shorten the steps that gained nothing.
         if m > 1:
             moved = best[rows] - at_start
             tried(rows, np.clip(best[rows] + moved, -1, 1))

@@ -47,6 +47,7 @@ def over_options(answers_by_label: Mapping[str, xr.Dataset], highest: str = "") 
         if name != highest and ("bound" not in variable.dims or str(name).endswith("_error")):
             result[name] = variable.dims, values.max(axis=0), variable.attrs
             continue
+        # Find which combination has each bound, and take its place as well.
         best = values.argmax(axis=0)
         if name != highest:
             lowest = np.asarray(variable["bound"].values == "lower")

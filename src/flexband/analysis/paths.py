@@ -119,6 +119,7 @@ def _supports(
             "path requires a response with the dims output and, last, time or another one; at may "
             f"choose places of others. Got {', '.join(map(str, labels.dims[1:]))}"
         )
+    # Project the outputs on half of the directions: their lower bounds serve the others.
     output_names = labels["output"].values.astype(str).tolist()
     numbers_of = [output_names.index(name) for name in outputs]
     half = angle[: len(angle) // 2]
@@ -149,6 +150,7 @@ def _supports(
                 "input": bounds["input"].variable,
             }
         attrs = {"probability": probability}
+    # Add the path and the errors.
     data["support"] = dims, support
     mean, _ = surrogate.standard_moments(np.zeros((1, space.interval_dimension)))
     for name, number in zip("xy", numbers_of, strict=True):

@@ -267,6 +267,7 @@ def _search(
     Some times are scanned. The others start from the places of their neighbours, and from that of
     the bound of μ + zσ.
     """
+    # Scan some of the times.
     points, beside = series.scanned
     times = series.times
     m = points.shape[1]
@@ -280,6 +281,7 @@ def _search(
     targets = times * np.arange(len(sign))[:, None]
     signed = sign[:, None] * np.concatenate([scanned, scanned], axis=1)
     signed = signed.reshape(len(points), -1)
+    # Search at these, also from the places of the bounds of μ + zσ.
     extremes = series.expansion.extremes(ndtri(p).tolist())
     of_moments = np.stack([extremes[k].places[b, 0] for b in (0, 1) for k in range(len(p))])
     starts = points[local_minima(signed, beside, options.search.starts)]
@@ -288,6 +290,7 @@ def _search(
     scanned_series = (targets + coarse).ravel()
     eta = lowest_of_neighbours(function, scanned_series, starts, tolerance, options=options.search)
     if stride > 1:
+        # Start all times from the places of the two nearest ones.
         coarse_index = np.arange(times) // stride
         coarse_neighbours = np.stack([coarse_index, np.minimum(coarse_index + 1, len(coarse) - 1)])
         starts = eta.reshape(len(sign), len(coarse), m)[:, coarse_neighbours].swapaxes(0, 1)

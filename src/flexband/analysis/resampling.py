@@ -132,6 +132,7 @@ class OverOutput(WrappingResponse):
             series = error.results
             failures = dict(error.failures)
             messages = [str(error)]
+        # Locate the values in each run; decreasing outputs are treated with the other sign.
         axis, others, times, scale, unit = self._parts(series)
         sign = np.where(axis[:, -1:] < axis[:, :1], -1.0, 1.0)
         axis = sign * axis
@@ -148,6 +149,7 @@ class OverOutput(WrappingResponse):
                 )
                 failures[k] = float(times[last]), text
                 messages.append(f"sample {k} at {times[last]:g} s: {text}")
+        # Interpolate the runs that reach all values.
         complete_runs = np.setdiff1d(np.arange(len(axis)), list(failures))
         runs = (
             times,

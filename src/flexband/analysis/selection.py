@@ -51,6 +51,7 @@ def select_places(surrogate: Surrogate, at: Labels | None) -> Surrogate:
         return surrogate
     check_instance("at", at, Mapping, "a mapping from dimensions to labels")
     labels = surrogate.labels
+    # Find the positions of the labels along each dimension.
     indexers: dict[str, int | np.ndarray] = {}
     for dim, dim_labels in at.items():
         if dim not in labels.dims[1:]:
@@ -60,6 +61,7 @@ def select_places(surrogate: Surrogate, at: Labels | None) -> Surrogate:
             )
         indices = _positions(labels, dim, dim_labels)
         indexers[dim] = int(indices[0]) if np.ndim(dim_labels) == 0 else np.unique(indices)
+    # Select the outputs and times of the expansions that are left.
     numbers = np.arange(int(np.prod(labels.shape[1:], dtype=int)))
     times = surrogate.times
     grid = (

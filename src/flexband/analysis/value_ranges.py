@@ -97,6 +97,7 @@ def range_of(surrogate: Surrogate, probability: float) -> xr.Dataset:
     m = space.interval_dimension
     if probability == 1 and not all(family.bounded for family in families):
         raise InputError("probability must be below 1: not all random inputs are bounded; got 1")
+    # Find the box of the random variables, and search it together with the intervals.
     beyond = -np.expm1(np.log(probability) / max(n, 1)) / 2
     z = float(-ndtri(max(beyond, 1e-300)))
     ends = of_normals(np.array([[-z] * n, [z] * n]), families)
@@ -108,6 +109,7 @@ def range_of(surrogate: Surrogate, probability: float) -> xr.Dataset:
     box = join_outputs(surrogate.expansions, [bounds.places for bounds in extremes], 1).reshape(
         -1, m + n
     )
+    # Return the bounds and the values of the inputs there.
     eta = box[:, :m]
     t = box[:, m:]
     inputs = space.numbers_at(ends.mean(axis=0) + t * np.ptp(ends, axis=0) / 2, eta)

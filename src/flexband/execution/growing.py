@@ -102,6 +102,7 @@ class GrowingArrays:
         files: dict[Path, Content] = {}
         last = dict(self._last)
         blank = set[Path]()
+        # Fill the last chunk of each array, then new ones. Blank texts are written once only.
         for name, values in columns.items():
             array = self.arrays[name]
             done = 0
@@ -122,6 +123,7 @@ class GrowingArrays:
                     blank.add(file)
                 done += len(part) - offset
                 last[name] = part
+        # The runs count once the metadata is on disk.
         write_synced(files)
         self.runs += count
         try:

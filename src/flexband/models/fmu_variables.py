@@ -118,6 +118,7 @@ def _convert(variable: fmi.ScalarVariable, value: Any) -> float | str:
         if value not in (0, 1):
             raise InputError(f"{name} must be 0 or 1 for this FMU; got {value_text(value)}")
         return bool(value)
+    # Numbers must be within the limits that the FMU states.
     for limit, outside in (("min", value.__lt__), ("max", value.__gt__)):
         bound = getattr(variable, limit)
         if bound is not None and outside(float(bound)) is True:

@@ -82,6 +82,7 @@ class Requirement:
     nominal: Mapping[str, xr.DataArray] | None = None
 
     def __post_init__(self) -> None:
+        # Check the texts.
         for field in ("name", "identifier", "source", "unit"):
             check_instance(f"Requirement {field}", getattr(self, field), str, "a text")
         if not self.name.strip():
@@ -91,6 +92,7 @@ class Requirement:
         check_instance(f"{self.label} criterion", self.criterion, Criterion, "WorstCase(3.0)")
         if self.unit:
             unit_of(f"{self.label} unit", self.unit)
+        # Check the bounds, and that they leave room between them.
         if self.within is not None:
             self._check_within(self.within)
         elif self.below is None and self.above is None:
@@ -104,6 +106,7 @@ class Requirement:
         ends = self.above, self.below
         if not any(isinstance(end, xr.DataArray) or callable(end) for end in ends):
             self._check_ends(*(np.asarray(np.nan if e is None else e) for e in ends))
+        # Check the window.
         if self.during is not None:
             first, last = map(float, check_numbers(f"{self.label} during", self.during, 2))
             if first > last:

@@ -130,12 +130,14 @@ class Adjusted:
         def margin(places: np.ndarray, _: np.ndarray) -> np.ndarray:
             return self.best(placed(places))[0]
 
+        # Scan the other inputs, and descend from the places where margins are smallest.
         values = margin(points, points)
         starts = np.unique(local_minima(values[:, None], beside, options.starts))
         which = np.zeros(len(starts), int)
         gain = np.full(len(starts), options.tolerance)
         _, minima = descend(margin, which, points[starts], values[starts], gain)
         _, eta = self.best(placed(np.concatenate([points, minima])))
+        # Take the smallest margin of each series and side over all these places.
         bars = self._bars(eta)
         margins = SIGNS[:, None] * (bars - self.bounds)
         row = margins.argmin(axis=0)
@@ -145,6 +147,7 @@ class Adjusted:
     def best(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the least margin at η, (points,), and η with the best compensators."""
         columns = list(self.columns)
+        # Try a grid first, then the neighbours of the best point with smaller and smaller steps.
         first = lobatto(self.options.first_points)
         shrinkage = self.options.shrinkages[len(columns) - 1]
         grid = np.array(list(product(first, repeat=len(columns))))

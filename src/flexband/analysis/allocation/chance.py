@@ -190,6 +190,7 @@ class Chance:
         x = now.x
         state = self._narrow(now.x)
         rng = np.random.default_rng(0)
+        # Make a smooth function of each place, and its offset from the estimated probability.
         functions = []
         offsets = []
         for k, place in enumerate(places):
@@ -204,6 +205,7 @@ class Chance:
                 result = self._estimate(state, place, rare_samples, rng)
             functions.append(self._function(x, place, rare_samples))
             offsets.append(functions[-1](x) - np.log(max(result.probability, 1e-300)))
+        # Minimize the cost within the trust region.
         aim = np.log(self.options.aim * self.probability) + np.array(offsets)
         (low, high), count = self.tolerances.bounds, len(self.tolerances.names)
         is_tolerance = np.arange(len(x)) < count

@@ -136,6 +136,7 @@ def chance_result(
         of_runs = correction.probability, *correction.confidence()
         data |= {f"run_{name}": ((), v) for name, v in zip(STATED, of_runs, strict=True)}
     data |= places("probability_at", narrow.space, solution.place[None], [], [])
+    # Say whether runs confirm the probability.
     text = _chance_in_words(statement, chance, correction)
     outcome = TolerancesConfirmed.NOT_MADE
     if correction is None:
@@ -240,6 +241,7 @@ def _margins(
     low, high, _ = worst.bars(confirmation.allocated.x)
     columns: dict[str, list] = {"margin": [], "slack": [], "slack_at": [], "grid_error": []}
     errors = []
+    # Find the margins of each limit, and where they are smallest.
     for corridor in limits.values():
         curve = np.full(labels.shape[1:], np.nan)
         bounds = corridor.curves.reshape(2, -1)[:, worst.numbers]
@@ -258,6 +260,7 @@ def _margins(
         )
         if error is not None:
             errors.append(error[corridor.where])
+    # Collect the margins of all limits as variables.
     dims = [dim for dim in labels.dims[1:] if dim != "output"]
     data: Variables = {name: ("limit", values) for name, values in columns.items()}
     data["margin"] = ("limit", *dims), np.array(columns["margin"])

@@ -263,9 +263,11 @@ class _Derivation:
         at_once = max(1, options.values_at_once // (len(xi) * numbers_of_one))
 
         def learn(eta: np.ndarray) -> None:
-            new = np.unique([row for row in eta if row.tobytes() not in statistics_at], axis=0)
-            for first in range(0, len(new), at_once):
-                block = new[first : first + at_once]
+            new_places = np.unique(
+                [row for row in eta if row.tobytes() not in statistics_at], axis=0
+            )
+            for first in range(0, len(new_places), at_once):
+                block = new_places[first : first + at_once]
                 statistics = self.statistics(self.at(xi, block))
                 for k, place in enumerate(block):
                     statistics_at[place.tobytes()] = statistics[:, k]
@@ -282,10 +284,10 @@ class _Derivation:
         # Scan the box, and search from the lowest points of each statistic.
         points = points + 0.0
         learn(points)
-        scanned = np.stack([statistics_at[place.tobytes()] for place in points])
-        scanned = (sign[:, None] * scanned).reshape(len(points), -1)
-        starts = points[local_minima(scanned, beside, options.search.starts)]
-        tolerance = options.tolerance * np.ptp(scanned, axis=0)
+        scan_values = np.stack([statistics_at[place.tobytes()] for place in points])
+        scan_values = (sign[:, None] * scan_values).reshape(len(points), -1)
+        starts = points[local_minima(scan_values, beside, options.search.starts)]
+        tolerance = options.tolerance * np.ptp(scan_values, axis=0)
         which = np.arange(6 * size)
         eta = lowest_of_neighbours(lowest, which, starts, tolerance, options=options.search)
         return (np.round(eta * self.lattice) / self.lattice + 0.0).reshape(6, size, m), len(xi)

@@ -98,8 +98,8 @@ def descend(
                 tried(rows[inside], places)
         # Repeat the change of the whole sweep, then shorten the steps that gained nothing.
         if m > 1:
-            moved = best[rows] - at_start
-            tried(rows, np.clip(best[rows] + moved, -1, 1))
+            sweep_change = best[rows] - at_start
+            tried(rows, np.clip(best[rows] + sweep_change, -1, 1))
         step[rows[before - lowest[rows] <= tolerance[rows]]] /= options.step_divisor
         rows = rows[step[rows] > options.last_step]
     return lowest, best

@@ -136,9 +136,9 @@ class _Envelope:
         if m:
             eta = search_quantiles(series, xi, space.families, p, seed)
         flat = eta.reshape(2 * len(p), m)
-        sampled = series.values(psi, flat, np.zeros(len(flat), dtype=int))
+        sample_values = series.values(psi, flat, np.zeros(len(flat), dtype=int))
         levels = np.tile(np.arange(len(p)), 2)
-        quantiles = sorted_quantiles(sampled, p)[levels, np.arange(len(flat))].reshape(2, -1)
+        quantiles = sorted_quantiles(sample_values, p)[levels, np.arange(len(flat))].reshape(2, -1)
         quantiles = np.maximum.accumulate(quantiles, axis=1)
         return _Envelope(surrogate, series, psi, eta[:, :, 0], quantiles, seed)
 

@@ -127,18 +127,18 @@ def _supports(
     for number, factor in zip(numbers_of, (np.cos(half), np.sin(half)), strict=True):
         weights[:, number] += factor
     frame = _frame(pair, len(half))
-    alone = xr.Dataset(attrs=surrogate.diagnostics.attrs)
-    projected = Surrogate(space, frame, (combine(surrogate.expansions, weights),), alone)
+    diagnostics = xr.Dataset(attrs=surrogate.diagnostics.attrs)
+    projection = Surrogate(space, frame, (combine(surrogate.expansions, weights),), diagnostics)
     dims = ("direction", frame.dims[2])
     deviations = sigmas
     if probability is None:
-        low, high = extremes_of(projected.expansions, sigmas=sigmas, of=(-1.0, 1.0))
+        low, high = extremes_of(projection.expansions, sigmas=sigmas, of=(-1.0, 1.0))
         support = np.concatenate([high.values[1], -low.values[0]])
         eta = np.concatenate([high.places[1], low.places[0]])
         data = places("support_at", space, eta, dims, support.shape)
         attrs: dict[str, Any] = {"sigmas": sigmas}
     else:
-        bounds = range_of(projected, probability)
+        bounds = range_of(projection, probability)
         deviations = AnswerRecord.read(bounds).standard_deviations * space.random_dimension**0.5
         support = np.concatenate([bounds["range"].values[1], -bounds["range"].values[0]])
         data = {}

@@ -177,9 +177,9 @@ def _quantiles(surrogate: Surrogate, p: np.ndarray, samples: int, seed: int) -> 
         "sampling_error": (dims, errors.reshape(whole_shape)),
     }
     data |= places("quantiles_at", space, eta, dims, whole_shape)
-    missed = [expected_error(surrogate, abs(float(ndtri(probability)))) for probability in p]
-    if missed[0] is not None:
-        data["expected_error"] = (dims[1:], np.stack(missed))  # pyright: ignore
+    model_errors = [expected_error(surrogate, abs(float(ndtri(probability)))) for probability in p]
+    if model_errors[0] is not None:
+        data["expected_error"] = (dims[1:], np.stack(model_errors))  # pyright: ignore
     attrs = sampling_attrs(len(xi), seed)
     return answer(surrogate, data, {"probability": p}, attrs, LONG_NAMES)
 
@@ -276,17 +276,19 @@ def _search(
     coarse = np.arange(0, times, stride)
     scan_arguments = np.repeat(points, len(coarse), axis=0), np.tile(coarse, len(points))
     function = _Target(series, psi, p, options)
-    scanned = function.quantiles(*scan_arguments).reshape(len(p), len(points), -1).swapaxes(0, 1)
+    scan_quantiles = (
+        function.quantiles(*scan_arguments).reshape(len(p), len(points), -1).swapaxes(0, 1)
+    )
     sign = function.signs
     targets = times * np.arange(len(sign))[:, None]
-    signed = sign[:, None] * np.concatenate([scanned, scanned], axis=1)
-    signed = signed.reshape(len(points), -1)
+    signed_quantiles = sign[:, None] * np.concatenate([scan_quantiles, scan_quantiles], axis=1)
+    signed_quantiles = signed_quantiles.reshape(len(points), -1)
     # Search at these, also from the places of the bounds of μ + zσ.
     extremes = series.expansion.extremes(ndtri(p).tolist())
     of_moments = np.stack([extremes[k].places[b, 0] for b in (0, 1) for k in range(len(p))])
-    starts = points[local_minima(signed, beside, options.search.starts)]
+    starts = points[local_minima(signed_quantiles, beside, options.search.starts)]
     starts = np.concatenate([starts, of_moments[:, coarse].reshape(1, -1, m)])
-    tolerance = options.tolerance * np.ptp(signed, axis=0)
+    tolerance = options.tolerance * np.ptp(signed_quantiles, axis=0)
     scanned_series = (targets + coarse).ravel()
     eta = lowest_of_neighbours(function, scanned_series, starts, tolerance, options=options.search)
     if stride > 1:
@@ -309,9 +311,9 @@ def sorted_quantiles(values: np.ndarray, p: np.ndarray) -> np.ndarray:
     position = np.clip(p * count - 0.5, 0, count - 1)
     below = np.floor(position).astype(int)
     above = np.minimum(below + 1, count - 1)
-    parted = np.partition(values, np.unique([below, above]), axis=1)
+    partition = np.partition(values, np.unique([below, above]), axis=1)
     share = (position - below)[:, None]
-    return (1 - share) * parted[:, below].T + share * parted[:, above].T
+    return (1 - share) * partition[:, below].T + share * partition[:, above].T
 
 
 def _values(

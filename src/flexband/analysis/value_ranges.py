@@ -77,13 +77,15 @@ def _over_random_options(surrogate: Surrogate, probability: float) -> xr.Dataset
     options = {name: input_.options for name, input_ in inputs if isinstance(input_, RandomOption)}
     if not options:
         return range_of(surrogate, probability)
-    combined = [
+    combinations = [
         dict(zip(options, combination, strict=True)) for combination in product(*options.values())
     ]
     return over_options(
         {
-            ", ".join(map(str, fixed.values())): range_of(surrogate.narrowed(**fixed), probability)
-            for fixed in combined
+            ", ".join(map(str, option_values.values())): range_of(
+                surrogate.narrowed(**option_values), probability
+            )
+            for option_values in combinations
         }
     )
 
@@ -153,9 +155,9 @@ def _on_box(expansion: HybridExpansion, lower: np.ndarray, upper: np.ndarray) ->
         xi = (lower[k] + upper[k]) / 2 + t * (upper[k] - lower[k]) / 2
         matrix = np.linalg.solve(chebyshev_values(highest, t), family.values(highest, xi))
         row, col = np.nonzero(np.arange(highest + 1)[:, None] <= orders)
-        new = index[col]
-        new[:, m + k] = row
-        index, which = np.unique(new, axis=0, return_inverse=True)
+        new_index = index[col]
+        new_index[:, m + k] = row
+        index, which = np.unique(new_index, axis=0, return_inverse=True)
         entries = matrix[row, orders[col]], (which.ravel(), col)
         transform = csr_array(entries, shape=(len(index), len(orders))) @ transform
     coefficients = np.asarray(transform @ expansion.coefficients)

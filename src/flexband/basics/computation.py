@@ -88,12 +88,12 @@ def sources(files: Iterable[Path], *, settled: float = 2.0) -> dict[Path, Source
     source_by_file: dict[Path, Source] = {}
     new: dict[str, Source] = {}
     for file in files:
-        key, changed = _state(file)
+        key, change_time = _state(file)
         if key in memory:
             source_by_file[file] = Source(*memory[key])
             continue
         source_by_file[file] = parsed(file.read_bytes())
-        if changed + settled < time.time():
+        if change_time + settled < time.time():
             new[key] = source_by_file[file]
     if new:
         memory = {key: value for key, value in memory.items() if _exists(key)} | new

@@ -66,11 +66,11 @@ def imports_for_types(file: str) -> list[ast.stmt]:
 
 def unknown_name(package: str, name: str) -> AttributeError:
     """Return the error of a name that does not exist; it states the nearest one, wherever it is."""
-    missing = absent(name)
-    if missing:
+    absent_feature = absent(name)
+    if absent_feature:
         return AttributeError(
             f"module {package!r} has no attribute {name!r}, since flexband has no "
-            f"{missing.feature}. {missing.instead} See docs/explanation/absent.md"
+            f"{absent_feature.feature}. {absent_feature.instead} See docs/explanation/absent.md"
         )
     suggestions: list[str] = []
     if not name.startswith("_"):

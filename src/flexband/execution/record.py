@@ -104,12 +104,12 @@ class RunRecorder:
         for name, chunk in chunks:
             if name == "status":
                 self.arrays.clear(name, chunk)
-        lost = np.flatnonzero(bad)
-        if len(lost):
-            self.arrays.replace("status", lost, RunStatus.LOST)
+        lost_runs = np.flatnonzero(bad)
+        if len(lost_runs):
+            self.arrays.replace("status", lost_runs, RunStatus.LOST)
             for name, chunk in chunks:
                 self.arrays.clear(name, chunk) if name != "status" else None
-            text = f"{are(len(lost), 'run')} damaged in {self.store.runs}"
+            text = f"{are(len(lost_runs), 'run')} damaged in {self.store.runs}"
             warn(f"{text}; those needed are made again")
 
     @property
@@ -138,21 +138,21 @@ class RunRecorder:
         self.flush()
         values = np.full((len(runs), *self.labels.shape[1:]), np.nan)
         reasons = np.full(len(runs), "", object)
-        failed = self.status[runs] == RunStatus.FAILED
+        failed_mask = self.status[runs] == RunStatus.FAILED
         with self._changed:
             self._changed.wait_for(lambda: not self._writing)
             first = self.arrays.runs
             written = runs < first
             if "outputs" in self.arrays.arrays:
                 values[written] = self.arrays.read("outputs", runs[written])
-            reasons[written & failed] = self.arrays.read("reason", runs[written & failed])
+            reasons[written & failed_mask] = self.arrays.read("reason", runs[written & failed_mask])
             for record in self._waiting:  # which could not be written
                 mask = (runs >= first) & (runs < first + len(record.inputs))
                 reasons[mask] = record.reason
                 if record.values is not None:
                     values[mask] = record.values[runs[mask] - first]
                 first += len(record.inputs)
-        return values, {int(k): str(reasons[k]) for k in np.flatnonzero(failed)}
+        return values, {int(k): str(reasons[k]) for k in np.flatnonzero(failed_mask)}
 
     def remarks(self, runs: np.ndarray) -> list[str]:
         """Return the remarks on recorded runs, see `layout`; "" for runs without one."""
@@ -284,13 +284,13 @@ class RunRecorder:
     def forget_failed(self) -> int:
         """Let failed runs be made again; return their number."""
         self.flush()
-        failed = np.flatnonzero(self.status == RunStatus.FAILED)
-        if len(failed):
-            self.arrays.replace("status", failed, RunStatus.AGAIN)
-            self.status[failed] = RunStatus.AGAIN
-            gone = set(failed.tolist())
-            self.rows = {key: k for key, k in self.rows.items() if k not in gone}
-        return len(failed)
+        failed_runs = np.flatnonzero(self.status == RunStatus.FAILED)
+        if len(failed_runs):
+            self.arrays.replace("status", failed_runs, RunStatus.AGAIN)
+            self.status[failed_runs] = RunStatus.AGAIN
+            forgotten_runs = set(failed_runs.tolist())
+            self.rows = {key: k for key, k in self.rows.items() if k not in forgotten_runs}
+        return len(failed_runs)
 
     def close(self) -> None:
         """Write what is left; warn if that fails."""
@@ -307,9 +307,9 @@ class RunRecorder:
         finally:
             self._lock.release()
         if self._error:
-            lost = sum(len(record.inputs) for record in self._waiting)
+            lost_count = sum(len(record.inputs) for record in self._waiting)
             warn(
-                f"{number_of(lost, 'run')} could not be recorded in {self.store.folder}: "
+                f"{number_of(lost_count, 'run')} could not be recorded in {self.store.folder}: "
                 f"{self._error}"
             )
 

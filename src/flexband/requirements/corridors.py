@@ -225,6 +225,6 @@ def _align_curve(name: str, bound: xr.DataArray, output_labels: xr.DataArray) ->
                 same = np.allclose(*pair, rtol=0, atol=1e-9 * np.abs(pair[0]).max(initial=0))
         if not same:
             raise InputError(f"{name} must have the values of {dim!r} that the output has")
-    missing = [dim for dim in output_labels.dims[1:] if dim not in bound.dims]
-    values = bound.expand_dims(missing).transpose(*output_labels.dims[1:]).values
+    missing_dims = [dim for dim in output_labels.dims[1:] if dim not in bound.dims]
+    values = bound.expand_dims(missing_dims).transpose(*output_labels.dims[1:]).values
     return np.broadcast_to(values, output_labels.shape[1:])

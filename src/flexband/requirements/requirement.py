@@ -337,8 +337,8 @@ Requirements = Requirement | Sequence[Requirement]
 def several(requirements: Requirements, name: str = "limits") -> tuple[Requirement, ...]:
     """Return a requirement, or several, as a tuple; raise `InputError` if they are none."""
     sequence = [requirements] if isinstance(requirements, Requirement) else requirements
-    listed = isinstance(sequence, Sequence)
-    if not listed or not all(isinstance(requirement, Requirement) for requirement in sequence):
+    is_sequence = isinstance(sequence, Sequence)
+    if not is_sequence or not all(isinstance(requirement, Requirement) for requirement in sequence):
         kind = "a Limit" if name == "limits" else "a Requirement"
         raise InputError(f"{name} must be {kind} or a list of them; got {value_text(requirements)}")
     return tuple(sequence)

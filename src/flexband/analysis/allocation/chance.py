@@ -95,27 +95,31 @@ class Chance:
         (low, high), options = self.tolerances.bounds, self.options
         best: ExceedanceEstimate | None = None
         now = self.left(x)
-        watched: list[np.ndarray] = []
+        recent_places: list[np.ndarray] = []
         for k in range(options.max_rounds):
             now = self.left(x) if k else now
-            enough = now.estimate.confidence()[1] <= self.probability
-            if enough and (best is None or self._cost(x) < self._cost(best.x)):
-                saved = np.inf if best is None else self._cost(best.x) - self._cost(x)
+            is_feasible = now.estimate.confidence()[1] <= self.probability
+            if is_feasible and (best is None or self._cost(x) < self._cost(best.x)):
+                saving = np.inf if best is None else self._cost(best.x) - self._cost(x)
                 best = now
             else:
-                saved = 0.0 if enough else np.inf
-            if enough and (saved < options.min_saving * abs(self._cost(x)) or np.all(x >= high)):
+                saving = 0.0 if is_feasible else np.inf
+            if is_feasible and (
+                saving < options.min_saving * abs(self._cost(x)) or np.all(x >= high)
+            ):
                 break
             if not len(now.rare_samples.u):  # nothing leaves the limits
                 is_tolerance = np.arange(len(x)) < len(self.tolerances.names)
                 x = np.clip(x + options.trust * is_tolerance, low, high)
                 continue
-            distances = [np.abs(place - now.place).max(initial=0) for place in watched]
-            others = [
-                p for p, d in zip(watched, distances, strict=True) if d > options.same_distance
+            distances = [np.abs(place - now.place).max(initial=0) for place in recent_places]
+            distinct_places = [
+                p
+                for p, d in zip(recent_places, distances, strict=True)
+                if d > options.same_distance
             ]
-            watched = [now.place, *others][: options.max_places]
-            x = self._searched(now, watched)
+            recent_places = [now.place, *distinct_places][: options.max_places]
+            x = self._searched(now, recent_places)
         if best is None:
             text = f"{now.estimate.probability:.3g} with {self.tolerances.values(x)}"
             raise InputError(
@@ -163,12 +167,12 @@ class Chance:
         m = space.interval_dimension
         rng = np.random.default_rng(1)
         first = Place(solution.place, solution.rare_samples, solution.noise)
-        searched = with_missed(state, model, n, m, rng)
+        search_state = with_missed(state, model, n, m, rng)
         options = self.options
-        judged = corrected_at_worst(
-            state, searched, model, {1: first}, options.accuracy, rng, options.ends
+        corrections = corrected_at_worst(
+            state, search_state, model, {1: first}, options.accuracy, rng, options.ends
         )
-        _, correction = judged[1]
+        _, correction = corrections[1]
         return replace(correction, runs=correction.runs + model.first_runs)
 
     def elasticity(self, solution: ExceedanceEstimate) -> np.ndarray:

@@ -94,24 +94,28 @@ def confirm_tolerances(
         responses = runs_of(narrow, "", lambda *_: None)((xi, eta)).values
         assert responses is not None
         at_points = narrow.standard(xi, eta)
-        values, missed = (
+        values, discrepancies = (
             array.reshape(len(xi), -1)[:, worst.numbers]
             for array in (at_points, responses.values - at_points)
         )
         runs += len(xi)
-        missed = SIGNS[:, None] * missed[:, None]  # how much larger margins of the run are
+        discrepancies = (
+            SIGNS[:, None] * discrepancies[:, None]
+        )  # how much larger margins of the run are
         margins = worst.margins(values[:, None])
         at = owner, points.side[order], points.series[order]
         bars = worst.values(allocated.x[None], points.select(order))[0]
-        run = margins[at] + missed[at]
+        run = margins[at] + discrepancies[at]
         inside = (margins[at] > bars + options.margin_tolerance * worst.scale[at[2]]) & (run >= 0)
-        run_margins[order] = np.where(inside, run, bars + missed[at])
+        run_margins[order] = np.where(inside, run, bars + discrepancies[at])
         feasible = np.all(run_margins[order] >= 0)
         if not surrogate.space.random_dimension:
-            feasible = feasible and np.all(margins + missed >= 0)
-        new = np.maximum(_shift_margins(worst, allocated, shift, margins, missed, options), loosest)
-        moved = np.abs(new - shift)[at[1:]]
-        agree = np.all(moved <= options.agreement * worst.scale[at[2]])
+            feasible = feasible and np.all(margins + discrepancies >= 0)
+        new = np.maximum(
+            _shift_margins(worst, allocated, shift, margins, discrepancies, options), loosest
+        )
+        shift_changes = np.abs(new - shift)[at[1:]]
+        agree = np.all(shift_changes <= options.agreement * worst.scale[at[2]])
         if (feasible and agree) or k == options.max_rounds - 1:
             break
         shift = new
@@ -182,14 +186,17 @@ def _shift_margins(
     allocated: Allocated,
     shift: np.ndarray,
     margins: np.ndarray,
-    missed: np.ndarray,
+    discrepancies: np.ndarray,
     options: ConfirmationOptions,
 ) -> np.ndarray:
     """Return new shifts, from margins and what they miss of runs, (runs, 2, series)."""
     shift = shift.copy()
     is_worst = margins - shift < allocated.margins + options.margin_tolerance * worst.scale
-    use = np.isfinite(worst.bounds) & (is_worst | (margins + missed < 0))
-    run_margins = np.where(use, margins + missed, np.inf)
+    use = np.isfinite(worst.bounds) & (is_worst | (margins + discrepancies < 0))
+    run_margins = np.where(use, margins + discrepancies, np.inf)
     run = run_margins.argmin(axis=0)
-    new = -np.take_along_axis(missed, run[None], axis=0)[0] + 0.25 * options.agreement * worst.scale
+    new = (
+        -np.take_along_axis(discrepancies, run[None], axis=0)[0]
+        + 0.25 * options.agreement * worst.scale
+    )
     return np.where(use.any(axis=0), new, shift)

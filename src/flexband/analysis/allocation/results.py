@@ -206,7 +206,9 @@ def _statement(chance: Chance, solution: ExceedanceEstimate, *, by_runs: bool) -
 
 def _chance_in_words(statement: xr.Dataset, chance: Chance, correction: Correction | None) -> str:
     """Return the probability that the surrogate finds, as a sentence."""
-    value, low, high, alone = (float(statement[k]) for k in (*STATED, "surrogate_probability"))
+    value, low, high, surrogate_value = (
+        float(statement[k]) for k in (*STATED, "surrogate_probability")
+    )
     by_runs = "; runs of the model (response=…) " if correction is None else ""
     if np.isnan(value):
         text = f"The probability of leaving limits is {NOT_GIVEN} by the surrogate, which missed "
@@ -214,8 +216,11 @@ def _chance_in_words(statement: xr.Dataset, chance: Chance, correction: Correcti
     text = "Limits are left with probability "
     if not value:
         text += f"below {high:.2g}"
-        rare = f"; the surrogate alone finds {alone:.2g}, too rare to be trusted without runs"
-        return text + rare * bool(alone)
+        rare = (
+            f"; the surrogate alone finds {surrogate_value:.2g}, too rare to be trusted without "
+            "runs"
+        )
+        return text + rare * bool(surrogate_value)
     text += f"{value:.3g} ({low:.3g} to {high:.3g}) at most"
     beyond = bool(by_runs) and high > chance.probability
     return text + (f"{by_runs}tell whether it is above {chance.probability:g}" if beyond else "")
@@ -290,11 +295,11 @@ def _least_between(
 def _outcome(worst: WorstCaseBounds, confirmation: Confirmed, binding: Sequence[str]) -> str:
     """Return what limits the tolerances, and whether runs confirm them, as sentences."""
     allocation = confirmation.allocated
-    confirmed = _confirmed(confirmation)
+    status = _confirmed(confirmation)
     text = f"{'Binding' if allocation.binding else 'Nearest'}: {'; '.join(dict.fromkeys(binding))}"
-    if confirmed is TolerancesConfirmed.NOT_MADE:
+    if status is TolerancesConfirmed.NOT_MADE:
         return text + NO_RUNS
-    if confirmed is TolerancesConfirmed.NO:
+    if status is TolerancesConfirmed.NO:
         by = -np.nanmin(confirmation.run_margins, initial=0.0)
         if worst.sigmas:  # no run is at the end of μ ± kσ, which the surrogate tells
             return (
@@ -303,14 +308,14 @@ def _outcome(worst: WorstCaseBounds, confirmation: Confirmed, binding: Sequence[
             )
         verb = "violates" if confirmation.runs == 1 else "violate"
         return f"{text}. NOT confirmed: {_new(confirmation.runs)} {verb} limits by up to {by:.3g}"
-    if confirmed is TolerancesConfirmed.INFERRED:
+    if status is TolerancesConfirmed.INFERRED:
         return (
             f"{text}. No limit is violated by {_new(confirmation.runs)}; that "
             f"μ ± {worst.sigmas:g}σ keeps the limits is inferred by the surrogate"
         )
-    shifted = "; the tolerances were corrected for the small differences they showed"
-    shifted = shifted if confirmation.changed else ""
-    return f"{text}. Checked by {_new(confirmation.runs)}{shifted}"
+    shift_text = "; the tolerances were corrected for the small differences they showed"
+    shift_text = shift_text if confirmation.changed else ""
+    return f"{text}. Checked by {_new(confirmation.runs)}{shift_text}"
 
 
 def _confirmed(confirmation: Confirmed) -> TolerancesConfirmed:

@@ -153,7 +153,7 @@ def cheapest(
     search = _Search(strict, options)
     first, other_starts = (x, []) if x is not None else search.starts()
     room = strict.least(tolerances.tighter(first, np.inf))[0] / worst.scale
-    watched = options.watched_share * float(room.min())
+    watch_margin = options.watched_share * float(room.min())
     x, points = (first, points) if x is None else search.solved(points, first)
     best = x
     lowest_cost = np.inf
@@ -163,11 +163,11 @@ def cheapest(
         violated = np.any(margins < -0.5 * slack * worst.scale)
         before = len(points)
         if violated or not before:
-            threshold = watched + max(0.0, float((margins / worst.scale).min()))
-            new = strict.lowest(margins, places, threshold)
+            threshold = watch_margin + max(0.0, float((margins / worst.scale).min()))
+            new_points = strict.lowest(margins, places, threshold)
             if tolerances.compensators:
-                new = strict.at_places(x, new, threshold)
-            points = points.with_new(new, list(tolerances.compensators.values()))
+                new_points = strict.at_places(x, new_points, threshold)
+            points = points.with_new(new_points, list(tolerances.compensators.values()))
         if len(points) > before:
             solution = search.solved(points, x)
             # there may be sizes at which nothing keeps the margins
@@ -281,9 +281,9 @@ class _Search:
             for start in 2 ** np.arange(count.bit_length()) - 1:  # more at once, the more fail
                 rows = trials[start : 2 * start + 1]
                 margins = (worst.values(rows, points) / worst.scale[points.series]).min(axis=1)
-                enough = np.flatnonzero(margins > -self.options.slack)
-                if len(enough):
-                    first = start + int(enough[0])
+                feasible_rows = np.flatnonzero(margins > -self.options.slack)
+                if len(feasible_rows):
+                    first = start + int(feasible_rows[0])
                     break
             if first == 0:
                 return trials[0]

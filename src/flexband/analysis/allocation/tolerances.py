@@ -101,8 +101,8 @@ class Tolerances:
         """Return the variables with smaller logarithms of tolerances, not below the least."""
         low = self.bounds[0]
         count = len(self.largest)
-        moved = np.maximum(x - by, low)
-        return np.where(np.arange(len(low)) < count, moved, x)
+        narrow_x = np.maximum(x - by, low)
+        return np.where(np.arange(len(low)) < count, narrow_x, x)
 
     def looser(self, x: np.ndarray) -> np.ndarray:
         """Return the variables with the largest tolerances."""

@@ -223,7 +223,7 @@ def main() -> None:
         40,
         seed=(SEED, "of the first case"),
         tolerance=(1e-3, "of the surrogates"),
-        constants="such as looser=2,near=0.05",
+        constants="such as looser=2,margin_tolerance=0.05",
         families=(",".join(FAMILIES), "of the cases"),
     )
     defaults = confirmation.confirm_tolerances.__kwdefaults__

@@ -123,9 +123,9 @@ def derived(
     sigmas, seed = checked_sigmas(sigmas), check_integer("seed", seed, 0)
     samples = check_integer("samples", samples, REPLICATES, MAX_SAMPLES)
     part = check_fraction("probability", probability)
-    least = math.ceil(2 * MIN_BEYOND / (1 - part))
-    if samples < least and any(case.space.random_dimension for case in surrogates.values()):
-        raise InputError(f"samples must be {least} or more for {part:g}; got {samples}")
+    min_samples = math.ceil(2 * MIN_BEYOND / (1 - part))
+    if samples < min_samples and any(case.space.random_dimension for case in surrogates.values()):
+        raise InputError(f"samples must be {min_samples} or more for {part:g}; got {samples}")
     return over_intervals(
         lambda case: _Derivation(case, quantity, sigmas, part).bands(samples, seed), surrogate
     )
@@ -152,8 +152,8 @@ class _Derivation:
         self.frame = self.labelled(surrogate.standard(*space.nominal()))
         check_free(self.frame, "bound", "input")
         self.size = math.prod(self.frame.shape[1:])
-        few = self.size <= options.few_numbers
-        self.lattice = options.fine_lattice if few else options.lattice
+        is_small = self.size <= options.few_numbers
+        self.lattice = options.fine_lattice if is_small else options.lattice
 
     def labelled(self, values: np.ndarray) -> xr.DataArray:
         """Return the quantity of values of the surrogate, dims ("sample", …)."""
@@ -183,10 +183,11 @@ class _Derivation:
         size = self.size
         xi = samples_of(space.families, samples, seed)
         m = space.interval_dimension
-        eta, searched = self.places(xi, seed) if m else (np.zeros((6, size, 0)), len(xi))
+        eta, search_samples = self.places(xi, seed) if m else (np.zeros((6, size, 0)), len(xi))
+        # Compute the statistics at each place once: several bounds may be there.
         flat, which = np.unique(eta.reshape(6 * size, m), axis=0, return_inverse=True)
         which = which.reshape(6, size)
-        statistics, error, moved = (np.empty((6, size)) for _ in range(3))
+        statistics, error, shift_error = (np.empty((6, size)) for _ in range(3))
         shifts = self.shifts(seed)
         for k, place in enumerate(flat):
             entries = np.nonzero(which == k)
@@ -194,30 +195,31 @@ class _Derivation:
             statistics[entries] = self.statistics(values)[entries]
             error[entries] = self.sampling_error(values)[entries]
             if shifts:
-                few = xi[: max(1, len(xi) // REPLICATES)]
-                base = self.statistics(self.at(few, place[None])[0])
+                first_xi = xi[: max(1, len(xi) // REPLICATES)]
+                base = self.statistics(self.at(first_xi, place[None])[0])
                 changes = [
-                    np.abs(self.statistics(self.at(few, place[None], shift)[0]) - base)
+                    np.abs(self.statistics(self.at(first_xi, place[None], shift)[0]) - base)
                     for shift in shifts
                 ]
-                moved[entries] = np.max(changes, axis=0)[entries]
+                shift_error[entries] = np.max(changes, axis=0)[entries]
+        # Join the lower and upper bounds of each band.
         dims = ("bound", *self.frame.dims[1:])
         shape = (2, *self.frame.shape[1:])
         data: Variables = {}
         for k, name in enumerate(BANDS):
-            both = slice(2 * k, 2 * k + 2)
-            data[name] = dims, statistics[both].reshape(shape)
-            data[f"{name}_sampling_error"] = dims, error[both].reshape(shape)
+            bound_rows = slice(2 * k, 2 * k + 2)
+            data[name] = dims, statistics[bound_rows].reshape(shape)
+            data[f"{name}_sampling_error"] = dims, error[bound_rows].reshape(shape)
             if shifts:
-                data[f"{name}_expected_error"] = dims, moved[both].reshape(shape)
-            data |= places(f"{name}_at", space, eta[both], dims, shape)
+                data[f"{name}_expected_error"] = dims, shift_error[bound_rows].reshape(shape)
+            data |= places(f"{name}_at", space, eta[bound_rows], dims, shape)
         attrs = {
             "sigmas": self.sigmas,
             "probability": self.part,
             "quantity": value_text(self.quantity),
         }
         attrs |= sampling_attrs(
-            len(xi), seed, f" on {searched}, to the nearest 1/{self.lattice} in η"
+            len(xi), seed, f" on {search_samples}, to the nearest 1/{self.lattice} in η"
         )
         return answer(self.surrogate, data, {}, attrs, LONG_NAMES, self.frame)
 
@@ -245,6 +247,7 @@ class _Derivation:
         size = self.size
         m = space.interval_dimension
         options = self.options
+        # Choose the points of the scan, and how many samples are affordable.
         scans = [
             series.scanned for e in surrogate.expansions for series in SampledSeries.of_outputs(e)
         ]
@@ -253,19 +256,21 @@ class _Derivation:
             points, beside = scatter_points(options.max_points, np.full(m, True))
         points = np.round(points * self.lattice) / self.lattice
         numbers_of_one = max(1, math.prod(surrogate.labels.shape[1:]))
-        few = options.max_values / (numbers_of_one * (len(points) + 40 * (m + 1)))
-        if (count := int(max(few, options.min_samples))) < len(xi):
+        max_count = options.max_values / (numbers_of_one * (len(points) + 40 * (m + 1)))
+        if (count := int(max(max_count, options.min_samples))) < len(xi):
             xi = samples_of(space.families, count, seed + 1)
-        known: dict[bytes, np.ndarray] = {}
+        statistics_at: dict[bytes, np.ndarray] = {}
         at_once = max(1, options.values_at_once // (len(xi) * numbers_of_one))
 
         def learn(eta: np.ndarray) -> None:
-            new = np.unique([row for row in eta if row.tobytes() not in known], axis=0)
-            for first in range(0, len(new), at_once):
-                some = new[first : first + at_once]
-                statistics = self.statistics(self.at(xi, some))
-                for k, place in enumerate(some):
-                    known[place.tobytes()] = statistics[:, k]
+            new_places = np.unique(
+                [row for row in eta if row.tobytes() not in statistics_at], axis=0
+            )
+            for first in range(0, len(new_places), at_once):
+                block = new_places[first : first + at_once]
+                statistics = self.statistics(self.at(xi, block))
+                for k, place in enumerate(block):
+                    statistics_at[place.tobytes()] = statistics[:, k]
 
         sign = np.array([1.0, -1.0] * len(BANDS))
 
@@ -273,15 +278,16 @@ class _Derivation:
             rounded = np.round(eta * self.lattice) / self.lattice + 0.0
             learn(rounded)
             target, positions = np.divmod(which, size)
-            statistics = np.array([known[place.tobytes()] for place in rounded])
+            statistics = np.array([statistics_at[place.tobytes()] for place in rounded])
             return sign[target] * statistics[np.arange(len(rounded)), target, positions]
 
+        # Scan the box, and search from the lowest points of each statistic.
         points = points + 0.0
         learn(points)
-        scanned = np.stack([known[place.tobytes()] for place in points])
-        scanned = (sign[:, None] * scanned).reshape(len(points), -1)
-        starts = points[local_minima(scanned, beside, options.search.starts)]
-        tolerance = options.tolerance * np.ptp(scanned, axis=0)
+        scan_values = np.stack([statistics_at[place.tobytes()] for place in points])
+        scan_values = (sign[:, None] * scan_values).reshape(len(points), -1)
+        starts = points[local_minima(scan_values, beside, options.search.starts)]
+        tolerance = options.tolerance * np.ptp(scan_values, axis=0)
         which = np.arange(6 * size)
         eta = lowest_of_neighbours(lowest, which, starts, tolerance, options=options.search)
         return (np.round(eta * self.lattice) / self.lattice + 0.0).reshape(6, size, m), len(xi)

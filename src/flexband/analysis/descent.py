@@ -73,6 +73,7 @@ def descend(
             break
         before = lowest[rows].copy()
         at_start = best[rows].copy()
+        # Try both sides along every variable, and the vertex where both are higher.
         for k in range(m):
             middle = best[rows].copy()
             center = lowest[rows].copy()
@@ -95,9 +96,10 @@ def descend(
                 places = middle[inside]
                 places[:, k] = np.clip(places[:, k] + np.clip(vertex, a, b), -1, 1)
                 tried(rows[inside], places)
+        # Repeat the change of the whole sweep, then shorten the steps that gained nothing.
         if m > 1:
-            moved = best[rows] - at_start
-            tried(rows, np.clip(best[rows] + moved, -1, 1))
+            sweep_change = best[rows] - at_start
+            tried(rows, np.clip(best[rows] + sweep_change, -1, 1))
         step[rows[before - lowest[rows] <= tolerance[rows]]] /= options.step_divisor
         rows = rows[step[rows] > options.last_step]
     return lowest, best
@@ -109,10 +111,10 @@ def local_minima(values: np.ndarray, beside: np.ndarray, count: int) -> np.ndarr
     Where there are fewer, the lowest one is repeated. Values have the shape (points, series);
     `beside` has the numbers of the points next to each, (points, neighbours).
     """
-    free = np.ones(values.shape, dtype=bool)
+    is_minimum = np.ones(values.shape, dtype=bool)
     for neighbours in beside.T:
-        free &= values <= values[neighbours]
-    ranked = np.where(free, values, np.inf)
+        is_minimum &= values <= values[neighbours]
+    ranked = np.where(is_minimum, values, np.inf)
     count = min(count, len(values))
     points = np.argpartition(ranked, count - 1, axis=0)[:count]
     first = ranked.argmin(axis=0)
@@ -180,9 +182,9 @@ def lowest_of_neighbours(
     values = function(starts.reshape(-1, m), repeated).reshape(count, rows)
     first_step = options.first_step
     if descents is not None:
-        chosen = values.argsort(axis=0)[:descents]
-        starts = starts[chosen, row_numbers]
-        values = np.take_along_axis(values, chosen, axis=0)
+        lowest_starts = values.argsort(axis=0)[:descents]
+        starts = starts[lowest_starts, row_numbers]
+        values = np.take_along_axis(values, lowest_starts, axis=0)
         count = descents
         first_step = options.near_step
         repeated = np.tile(which, descents)
@@ -198,8 +200,8 @@ def lowest_of_neighbours(
         improved = np.zeros(0, dtype=int)
         for shift in (1, -1):
             other = np.clip(row_numbers + shift, 0, rows - 1)
-            apart = np.abs(eta[other] - eta).max(axis=1, initial=0)
-            differ = np.flatnonzero(apart > options.near_step)
+            distance = np.abs(eta[other] - eta).max(axis=1, initial=0)
+            differ = np.flatnonzero(distance > options.near_step)
             there = function(eta[other[differ]], which[differ]) if len(differ) else np.zeros(0)
             better = there < lowest[differ]
             rows_better = differ[better]

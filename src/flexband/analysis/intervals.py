@@ -24,8 +24,8 @@ def over_intervals(
     variable without this dim, which has an upper bound only.
     """
     cases = surrogates_of(surrogate)
-    chosen = {label: select_places(case, at) for label, case in cases.items()}
-    return over_options({label: functional(case) for label, case in chosen.items()}, highest)
+    selections = {label: select_places(case, at) for label, case in cases.items()}
+    return over_options({label: functional(case) for label, case in selections.items()}, highest)
 
 
 def over_options(answers_by_label: Mapping[str, xr.Dataset], highest: str = "") -> xr.Dataset:
@@ -47,6 +47,7 @@ def over_options(answers_by_label: Mapping[str, xr.Dataset], highest: str = "") 
         if name != highest and ("bound" not in variable.dims or str(name).endswith("_error")):
             result[name] = variable.dims, values.max(axis=0), variable.attrs
             continue
+        # Find which combination has each bound, and take its place as well.
         best = values.argmax(axis=0)
         if name != highest:
             lowest = np.asarray(variable["bound"].values == "lower")
@@ -60,7 +61,7 @@ def over_options(answers_by_label: Mapping[str, xr.Dataset], highest: str = "") 
         at = f"{name}_at"
         if at in answers[0]:
             stacked = xr.concat([answer[at] for answer in answers], "option")
-            chosen = xr.DataArray(best, dims=variable.dims)
-            result[at] = stacked.isel(option=chosen).transpose(*answers[0][at].dims)
+            option_numbers = xr.DataArray(best, dims=variable.dims)
+            result[at] = stacked.isel(option=option_numbers).transpose(*answers[0][at].dims)
             result[at].attrs = answers[0][at].attrs
     return result

@@ -136,9 +136,9 @@ class _Envelope:
         if m:
             eta = search_quantiles(series, xi, space.families, p, seed)
         flat = eta.reshape(2 * len(p), m)
-        sampled = series.values(psi, flat, np.zeros(len(flat), dtype=int))
+        sample_values = series.values(psi, flat, np.zeros(len(flat), dtype=int))
         levels = np.tile(np.arange(len(p)), 2)
-        quantiles = sorted_quantiles(sampled, p)[levels, np.arange(len(flat))].reshape(2, -1)
+        quantiles = sorted_quantiles(sample_values, p)[levels, np.arange(len(flat))].reshape(2, -1)
         quantiles = np.maximum.accumulate(quantiles, axis=1)
         return _Envelope(surrogate, series, psi, eta[:, :, 0], quantiles, seed)
 
@@ -153,10 +153,10 @@ class _Envelope:
             opposite = 1 - bound
             above = np.searchsorted(self.quantiles[opposite], values)
             last = self.quantiles.shape[1] - 1
-            tried = np.clip(np.stack([above - 1, above]), 0, last)
-            at = self.eta[opposite][tried]
+            level_numbers = np.clip(np.stack([above - 1, above]), 0, last)
+            at = self.eta[opposite][level_numbers]
             samples = (self.series.values(self.psi, tried_eta, first_time) for tried_eta in at)
-            estimates = [probability_below(some, values) for some in samples]
+            estimates = [probability_below(place_samples, values) for place_samples in samples]
             parts = np.stack([part for part, _ in estimates])
             best = parts.argmax(axis=0) if bound else parts.argmin(axis=0)
             rows = np.arange(len(values))

@@ -92,8 +92,8 @@ def path(
     dims = ("vertex", *result["support"].dims[1:])
     for name, values in zip("xy", vertices, strict=True):
         result[name] = dims, values
-    away = [result[name].values - result[f"{name}_nominal"].values for name in "xy"]
-    result["radius"] = dims[1:], np.hypot(*away).max(axis=0)
+    offsets = [result[name].values - result[f"{name}_nominal"].values for name in "xy"]
+    result["radius"] = dims[1:], np.hypot(*offsets).max(axis=0)
     unit_attrs = {k: v for k, v in result["support"].attrs.items() if k == "units"}
     for name in ("x", "y", "radius"):
         result[name].attrs = {"long_name": LONG_NAMES[name]} | unit_attrs
@@ -119,33 +119,38 @@ def _supports(
             "path requires a response with the dims output and, last, time or another one; at may "
             f"choose places of others. Got {', '.join(map(str, labels.dims[1:]))}"
         )
-    every = labels["output"].values.astype(str).tolist()
-    numbers_of = [every.index(name) for name in outputs]
+    # Project the outputs on half of the directions: their lower bounds serve the others.
+    output_names = labels["output"].values.astype(str).tolist()
+    numbers_of = [output_names.index(name) for name in outputs]
     half = angle[: len(angle) // 2]
-    weights = np.zeros((len(half), len(every)))
+    weights = np.zeros((len(half), len(output_names)))
     for number, factor in zip(numbers_of, (np.cos(half), np.sin(half)), strict=True):
         weights[:, number] += factor
     frame = _frame(pair, len(half))
-    alone = xr.Dataset(attrs=surrogate.diagnostics.attrs)
-    projected = Surrogate(space, frame, (combine(surrogate.expansions, weights),), alone)
+    diagnostics = xr.Dataset(attrs=surrogate.diagnostics.attrs)
+    projection = Surrogate(space, frame, (combine(surrogate.expansions, weights),), diagnostics)
     dims = ("direction", frame.dims[2])
     deviations = sigmas
     if probability is None:
-        low, high = extremes_of(projected.expansions, sigmas=sigmas, of=(-1.0, 1.0))
+        low, high = extremes_of(projection.expansions, sigmas=sigmas, of=(-1.0, 1.0))
         support = np.concatenate([high.values[1], -low.values[0]])
         eta = np.concatenate([high.places[1], low.places[0]])
         data = places("support_at", space, eta, dims, support.shape)
         attrs: dict[str, Any] = {"sigmas": sigmas}
     else:
-        bounds = range_of(projected, probability)
+        bounds = range_of(projection, probability)
         deviations = AnswerRecord.read(bounds).standard_deviations * space.random_dimension**0.5
         support = np.concatenate([bounds["range"].values[1], -bounds["range"].values[0]])
         data = {}
         if "range_at" in bounds:
             at = bounds["range_at"].transpose("input", "bound", *dims).values
-            both = np.concatenate([at[:, 1], at[:, 0]], axis=1)
-            data = {"support_at": (("input", *dims), both), "input": bounds["input"].variable}
+            support_places = np.concatenate([at[:, 1], at[:, 0]], axis=1)
+            data = {
+                "support_at": (("input", *dims), support_places),
+                "input": bounds["input"].variable,
+            }
         attrs = {"probability": probability}
+    # Add the path and the errors.
     data["support"] = dims, support
     mean, _ = surrogate.standard_moments(np.zeros((1, space.interval_dimension)))
     for name, number in zip("xy", numbers_of, strict=True):

@@ -108,8 +108,8 @@ def least_between(curves: np.ndarray, axis: TimeAxis, *, impacts: bool = False) 
         lowest = np.minimum(lowest, _corners(curves, slope, step, first, last))
     outside = first > last
     place = axis.times[:-1] + places[0]
-    least = (lows[0], lowest, np.max(lows, axis=0), ends)
-    estimate, lowest, highest, ends = (np.where(outside, np.inf, each) for each in least)
+    minima = (lows[0], lowest, np.max(lows, axis=0), ends)
+    estimate, lowest, highest, ends = (np.where(outside, np.inf, minimum) for minimum in minima)
     return LeastBetween(estimate, place, lowest, highest, ends)
 
 
@@ -137,8 +137,8 @@ class _Pieces(NamedTuple):
         places = np.stack(np.broadcast_arrays(np.where(inside, u, first), first, last))
         values = np.stack([self.values(place) for place in places])
         best = values.argmin(axis=0)[None]
-        least, place = (np.take_along_axis(each, best, axis=0)[0] for each in (values, places))
-        return least, place
+        minimum, place = (np.take_along_axis(array, best, axis=0)[0] for array in (values, places))
+        return minimum, place
 
 
 def _corners(
@@ -149,14 +149,14 @@ def _corners(
     before = slope[..., :-2]
     after = slope[..., 2:]
     inner = slice(1, -1)
-    left = curves[..., 1:-2]
-    right = curves[..., 2:-1]
+    start_value = curves[..., 1:-2]
+    end_value = curves[..., 2:-1]
     h = step[inner]
     with np.errstate(invalid="ignore", divide="ignore"):
-        meeting = (right - left - after * h) / (before - after)
+        meeting = (end_value - start_value - after * h) / (before - after)
     falls = (before < 0) & (after > 0) & (meeting > 0) & (meeting < h)
     place = np.clip(np.where(falls, meeting, 0.0), first[inner], last[inner])
-    low = np.maximum(left + before * place, right + after * (place - h))
+    low = np.maximum(start_value + before * place, end_value + after * (place - h))
     lowest[..., inner] = np.where(falls, low, np.inf)
     return lowest
 
@@ -168,17 +168,19 @@ def lowest_of_impacts(margins: np.ndarray, axis: TimeAxis) -> np.ndarray:
     the least margin, those between all times may miss of what is there. If most of the curves that
     leave their bounds do so as no second time tells, any may leave them.
     """
-    least = margins[..., axis.inside].min(axis=-1, initial=np.inf)
+    smallest_margin = margins[..., axis.inside].min(axis=-1, initial=np.inf)
     lowest = least_between(margins, axis, impacts=True).lowest.min(axis=-1)
-    missed = np.zeros(least.shape)
+    missed = np.zeros(smallest_margin.shape)
     for first in (0, 1):
         half = replace(axis, times=axis.times[first::2])
         if len(half.times) < 3:
             continue
         estimate = least_between(margins[..., first::2], half, impacts=True).lowest.min(axis=-1)
-        known = np.isfinite(estimate)
-        missed[known] = np.maximum(missed, estimate - np.where(known, least, 0.0))[known]
-    out = least < 0
-    unforeseen = np.count_nonzero(out & (least + missed > 0), axis=0)
+        finite_mask = np.isfinite(estimate)
+        missed[finite_mask] = np.maximum(
+            missed, estimate - np.where(finite_mask, smallest_margin, 0.0)
+        )[finite_mask]
+    out = smallest_margin < 0
+    unforeseen = np.count_nonzero(out & (smallest_margin + missed > 0), axis=0)
     hidden = 2 * unforeseen > np.count_nonzero(out, axis=0)
     return np.where(hidden, -np.inf, lowest - missed)

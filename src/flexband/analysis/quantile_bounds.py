@@ -145,9 +145,9 @@ def check_samples(space: Space, p: np.ndarray, samples: int) -> None:
     outer = np.minimum(p, 1 - p)
     if space.random_dimension and outer.min() * samples < MIN_BEYOND * (1 - 1e-9):
         worst = float(p[outer.argmin()])
-        least = math.ceil(MIN_BEYOND / outer.min())
+        min_samples = math.ceil(MIN_BEYOND / outer.min())
         raise InputError(
-            f"samples must be {least} or more for the probability {worst:g}; got {samples}"
+            f"samples must be {min_samples} or more for the probability {worst:g}; got {samples}"
         )
 
 
@@ -177,9 +177,9 @@ def _quantiles(surrogate: Surrogate, p: np.ndarray, samples: int, seed: int) -> 
         "sampling_error": (dims, errors.reshape(whole_shape)),
     }
     data |= places("quantiles_at", space, eta, dims, whole_shape)
-    missed = [expected_error(surrogate, abs(float(ndtri(probability)))) for probability in p]
-    if missed[0] is not None:
-        data["expected_error"] = (dims[1:], np.stack(missed))  # pyright: ignore
+    model_errors = [expected_error(surrogate, abs(float(ndtri(probability)))) for probability in p]
+    if model_errors[0] is not None:
+        data["expected_error"] = (dims[1:], np.stack(model_errors))  # pyright: ignore
     attrs = sampling_attrs(len(xi), seed)
     return answer(surrogate, data, {"probability": p}, attrs, LONG_NAMES)
 
@@ -208,13 +208,13 @@ def search_quantiles(
     them from the places that it found.
     """
     rows = options.tried_places * 2 * len(p) * series.times
-    least = max(options.min_samples, options.min_beyond / np.minimum(p, 1 - p).min())
-    few = int(min(len(xi), max(least, options.max_values / rows)))
-    if few == len(xi):
+    min_samples = max(options.min_samples, options.min_beyond / np.minimum(p, 1 - p).min())
+    search_count = int(min(len(xi), max(min_samples, options.max_values / rows)))
+    if search_count == len(xi):
         return _search(series, series.basis(xi), p, options)
-    eta = _search(series, series.basis(samples_of(families, few, seed + 1)), p, options)
-    more = samples_of(families, min(options.final_factor * few, len(xi)), seed + 1)
-    target = _Target(series, series.basis(more), p, options)
+    eta = _search(series, series.basis(samples_of(families, search_count, seed + 1)), p, options)
+    final_xi = samples_of(families, min(options.final_factor * search_count, len(xi)), seed + 1)
+    target = _Target(series, series.basis(final_xi), p, options)
     which = np.arange(2 * len(p) * series.times)
     starts = eta.reshape(1, -1, eta.shape[-1])
     gains = np.zeros(len(which))
@@ -267,30 +267,35 @@ def _search(
     Some times are scanned. The others start from the places of their neighbours, and from that of
     the bound of μ + zσ.
     """
+    # Scan some of the times.
     points, beside = series.scanned
     times = series.times
     m = points.shape[1]
     stride = math.ceil(times / options.max_scanned_times)
     stride = max(stride, math.ceil(len(points) * times * len(psi) / options.max_scanned))
     coarse = np.arange(0, times, stride)
-    every = np.repeat(points, len(coarse), axis=0), np.tile(coarse, len(points))
+    scan_arguments = np.repeat(points, len(coarse), axis=0), np.tile(coarse, len(points))
     function = _Target(series, psi, p, options)
-    scanned = function.quantiles(*every).reshape(len(p), len(points), -1).swapaxes(0, 1)
+    scan_quantiles = (
+        function.quantiles(*scan_arguments).reshape(len(p), len(points), -1).swapaxes(0, 1)
+    )
     sign = function.signs
     targets = times * np.arange(len(sign))[:, None]
-    signed = sign[:, None] * np.concatenate([scanned, scanned], axis=1)
-    signed = signed.reshape(len(points), -1)
+    signed_quantiles = sign[:, None] * np.concatenate([scan_quantiles, scan_quantiles], axis=1)
+    signed_quantiles = signed_quantiles.reshape(len(points), -1)
+    # Search at these, also from the places of the bounds of μ + zσ.
     extremes = series.expansion.extremes(ndtri(p).tolist())
     of_moments = np.stack([extremes[k].places[b, 0] for b in (0, 1) for k in range(len(p))])
-    starts = points[local_minima(signed, beside, options.search.starts)]
+    starts = points[local_minima(signed_quantiles, beside, options.search.starts)]
     starts = np.concatenate([starts, of_moments[:, coarse].reshape(1, -1, m)])
-    tolerance = options.tolerance * np.ptp(signed, axis=0)
+    tolerance = options.tolerance * np.ptp(signed_quantiles, axis=0)
     scanned_series = (targets + coarse).ravel()
     eta = lowest_of_neighbours(function, scanned_series, starts, tolerance, options=options.search)
     if stride > 1:
+        # Start all times from the places of the two nearest ones.
         coarse_index = np.arange(times) // stride
-        both = np.stack([coarse_index, np.minimum(coarse_index + 1, len(coarse) - 1)])
-        starts = eta.reshape(len(sign), len(coarse), m)[:, both].swapaxes(0, 1)
+        coarse_neighbours = np.stack([coarse_index, np.minimum(coarse_index + 1, len(coarse) - 1)])
+        starts = eta.reshape(len(sign), len(coarse), m)[:, coarse_neighbours].swapaxes(0, 1)
         starts = np.concatenate([starts, of_moments[None]]).reshape(3, -1, m)
         tolerance = tolerance.reshape(len(sign), -1)[:, coarse_index].ravel()
         all_times = (targets + np.arange(times)).ravel()
@@ -306,9 +311,9 @@ def sorted_quantiles(values: np.ndarray, p: np.ndarray) -> np.ndarray:
     position = np.clip(p * count - 0.5, 0, count - 1)
     below = np.floor(position).astype(int)
     above = np.minimum(below + 1, count - 1)
-    parted = np.partition(values, np.unique([below, above]), axis=1)
+    partition = np.partition(values, np.unique([below, above]), axis=1)
     share = (position - below)[:, None]
-    return (1 - share) * parted[:, below].T + share * parted[:, above].T
+    return (1 - share) * partition[:, below].T + share * partition[:, above].T
 
 
 def _values(

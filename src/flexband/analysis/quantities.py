@@ -105,8 +105,8 @@ class _OverTime(ABC):
 
     def of_window(self, output: xr.DataArray, times: np.ndarray, window: Window) -> xr.DataArray:
         """Return it of an output between two times."""
-        some = (times >= window[0]) & (times <= window[1])
-        return self.of_series(output[..., some], times[some])
+        inside = (times >= window[0]) & (times <= window[1])
+        return self.of_series(output[..., inside], times[inside])
 
     @abstractmethod
     def of_series(self, output: xr.DataArray, times: np.ndarray) -> xr.DataArray:
@@ -211,8 +211,10 @@ class Spectrum(_OverTime):
         coords = {k: c for k, c in output.coords.items() if output.dims[-1] not in c.dims}
         unit = _unit_of_last(output)
         frequency = np.fft.rfftfreq(count, steps.mean())
-        named = {"s": "Hz", "": "1"}.get(unit, f"1/{unit}")
-        coords["frequency"] = xr.DataArray(frequency, dims="frequency", attrs={"units": named})
+        frequency_unit = {"s": "Hz", "": "1"}.get(unit, f"1/{unit}")
+        coords["frequency"] = xr.DataArray(
+            frequency, dims="frequency", attrs={"units": frequency_unit}
+        )
         return xr.DataArray(sizes, dims=(*output.dims[:-1], "frequency"), coords=coords)
 
 
@@ -260,11 +262,11 @@ def _peak(
     output: xr.DataArray, times: np.ndarray, window: Window
 ) -> tuple[xr.DataArray, xr.DataArray]:
     """Return the largest values of an output in a window, and their times."""
-    between = least_between(-output.values, TimeAxis(times, window))
-    where = between.estimate.argmin(axis=-1)[..., None]
+    minima = least_between(-output.values, TimeAxis(times, window))
+    where = minima.estimate.argmin(axis=-1)[..., None]
     frame = output.isel({output.dims[-1]: 0}, drop=True)
     top, at = (
-        np.take_along_axis(each, where, axis=-1)[..., 0]
-        for each in (-between.estimate, between.place)
+        np.take_along_axis(array, where, axis=-1)[..., 0]
+        for array in (-minima.estimate, minima.place)
     )
     return frame.copy(data=top), frame.copy(data=np.clip(at, times[0], times[-1]))

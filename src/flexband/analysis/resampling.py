@@ -98,19 +98,19 @@ class OverOutput(WrappingResponse):
         self.__wrapped__ = response  # which has the arguments
 
     def description(self, **values: Any) -> Description:
-        given = super().description(**values)
-        finer = given.refinements
-        names = [name for name in given.quantities if name.rpartition(" [")[0] != self.output]
-        return given._replace(
-            refinements=lambda: {k: self._of(r, self.values) for k, r in finer().items()},
+        description = super().description(**values)
+        refinements = description.refinements
+        names = [name for name in description.quantities if name.rpartition(" [")[0] != self.output]
+        return description._replace(
+            refinements=lambda: {k: self._of(r, self.values) for k, r in refinements().items()},
             quantities=names,
         )
 
     def at_more_times(self, parts: int = 16, /, **values: Any) -> Response:
         """Return the response at more values, each step between two divided into parts."""
         steps = np.linspace(self.values[:-1], self.values[1:], parts, endpoint=False, axis=-1)
-        more = np.append(steps.ravel(), self.values[-1])
-        return self._of(super().at_more_times(**values) or as_response(self.function), more)
+        fine_grid = np.append(steps.ravel(), self.values[-1])
+        return self._of(super().at_more_times(**values) or as_response(self.function), fine_grid)
 
     def _of(self, response: Response, values: np.ndarray) -> OverOutput:
         return OverOutput(response.original, self.output, values, unit=self.unit)
@@ -132,6 +132,7 @@ class OverOutput(WrappingResponse):
             series = error.results
             failures = dict(error.failures)
             messages = [str(error)]
+        # Locate the values in each run; decreasing outputs are treated with the other sign.
         axis, others, times, scale, unit = self._parts(series)
         sign = np.where(axis[:, -1:] < axis[:, :1], -1.0, 1.0)
         axis = sign * axis
@@ -141,14 +142,24 @@ class OverOutput(WrappingResponse):
             after[k], last, reason = _passages(axis[k], targets[k])
             if reason:
                 spans = sign[k] * axis[k, [0, -1]] / scale, self.values[[0, -1]]
-                has, asked = ("{:.6g} to {:.6g}".format(*span) for span in spans)
-                text = f"{self.output} {reason}: it goes from {has}, not over {asked} {unit}"
+                output_range, target_range = ("{:.6g} to {:.6g}".format(*span) for span in spans)
+                text = (
+                    f"{self.output} {reason}: it goes from {output_range}, "
+                    f"not over {target_range} {unit}"
+                )
                 failures[k] = float(times[last]), text
                 messages.append(f"sample {k} at {times[last]:g} s: {text}")
-        good = np.setdiff1d(np.arange(len(axis)), list(failures))
-        runs = times, axis[good], others.values[good], targets[good], after[good]
+        # Interpolate the runs that reach all values.
+        complete_runs = np.setdiff1d(np.arange(len(axis)), list(failures))
+        runs = (
+            times,
+            axis[complete_runs],
+            others.values[complete_runs],
+            targets[complete_runs],
+            after[complete_runs],
+        )
         data = np.full((*others.shape[:2], len(self.values)), np.nan)
-        data[good] = _interpolate(*runs)
+        data[complete_runs] = _interpolate(*runs)
         coords = {k: c for k, c in others.coords.items() if others.dims[-1] not in c.dims}
         attrs = {"units": unit} if unit else {}
         coords[self.output] = xr.DataArray(self.values, dims=self.output, attrs=attrs)
@@ -176,18 +187,23 @@ class OverOutput(WrappingResponse):
         return axis.values, others, times.astype(float), scale, self.unit or unit
 
     def _warn_of_few_times(
-        self, result: xr.DataArray, coarse: np.ndarray, tolerance: float = 1e-4, least: float = 1e-6
+        self,
+        result: xr.DataArray,
+        coarse: np.ndarray,
+        tolerance: float = 1e-4,
+        constant_share: float = 1e-6,
     ) -> None:
         """Warn of errors: those of every second time, `coarse`, are 16 times as large.
 
-        An output that varies by less than `least` of the largest one of its unit is constant.
+        An output is constant if it varies by less than `constant_share` of the largest one of its
+        unit.
         """
         values = result.values
         units = Units.along(result, ("output",))
         errors = np.abs(values - coarse).max(axis=(0, 2)) / 15
         ranges = np.maximum(
             np.ptp(values, axis=2).max(axis=0),
-            units.least_variation(np.abs(values).max(axis=(0, 2)), least),
+            units.least_variation(np.abs(values).max(axis=(0, 2)), constant_share),
         )
         shares = np.divide(errors, ranges, out=np.zeros_like(errors), where=ranges > 0)
         worst = int(shares.argmax())
@@ -208,9 +224,9 @@ def _passages(series: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, int,
     first, last = (np.searchsorted(bound, targets - slack) for bound in (highest, lowest_later))
     if targets.min() < series[0] - slack or first.max() == len(series):
         return first, len(series) - 1, "does not reach all values"
-    back = np.flatnonzero((highest - series)[first.min() : last.max() + 1] > slack)
-    if back.size:
-        return first, first.min() + back[0] - 1, "turns back"
+    reversals = np.flatnonzero((highest - series)[first.min() : last.max() + 1] > slack)
+    if reversals.size:
+        return first, first.min() + reversals[0] - 1, "turns back"
     return np.maximum(first, 1), 0, ""
 
 

@@ -114,8 +114,10 @@ def expected_error(surrogate: Surrogate, sigmas: float) -> np.ndarray | None:
     name, error = error_of(surrogate.diagnostics, surrogate.labels, POINTWISE_ERRORS)
     if not name:
         return None
-    finer = "error_bar_discretization_error" in surrogate.diagnostics  # of bands: if σ alone moves
-    return error * (max(growth(sigmas), sigmas) if finer else growth(sigmas))
+    has_discretization = (
+        "error_bar_discretization_error" in surrogate.diagnostics
+    )  # of bands: if σ alone moves
+    return error * (max(growth(sigmas), sigmas) if has_discretization else growth(sigmas))
 
 
 def places(
@@ -161,8 +163,8 @@ def doubts_of(surrogate: Surrogate, *, corrected: bool = False) -> list[str]:
     if not corrected and not is_judged(surrogate):
         doubts.append(f"the surrogate is {NOT_JUDGED}; `verify` judges it")
     if surrogate.verification is not None and not corrected:
-        checked = VerificationRecord.read(surrogate.verification)
-        if checked.confirmed == Confirmation.REFUTED:
+        verification = VerificationRecord.read(surrogate.verification)
+        if verification.confirmed == Confirmation.REFUTED:
             doubts.append("verification runs do not confirm the error that its method expected")
     if missed_tolerance(surrogate) and not corrected:
         error = record.error_of_runs or 0.0
@@ -182,10 +184,10 @@ def remarks_on(
     Where the error of step and elements is part of the expected error, that of a coarse step is 0.
     """
     judged = "error_bar_discretization_error" in surrogate.diagnostics
-    for each in (*remarks_of(surrogate.diagnostics.attrs), *runs):
-        included = judged and each.worst.kind is RemarkKind.COARSE_STEP
-        worst = replace(each.worst, error=0.0) if included else each.worst
-        yield replace(each, worst=worst)
+    for topic_remark in (*remarks_of(surrogate.diagnostics.attrs), *runs):
+        included = judged and topic_remark.worst.kind is RemarkKind.COARSE_STEP
+        worst = replace(topic_remark.worst, error=0.0) if included else topic_remark.worst
+        yield replace(topic_remark, worst=worst)
 
 
 def answer(
@@ -202,9 +204,9 @@ def answer(
     `labels` is what has the coordinates instead of the response, first dim "sample".
     """
     result = xr.Dataset(dict(data))
-    given = coordinates(surrogate.labels if labels is None else labels)
-    used = {k: c for k, c in given.items() if set(c.dims) <= set(result.dims)}
-    result = result.assign_coords({**used, "bound": BOUNDS, **coords})
+    response_coords = coordinates(surrogate.labels if labels is None else labels)
+    shared_coords = {k: c for k, c in response_coords.items() if set(c.dims) <= set(result.dims)}
+    result = result.assign_coords({**shared_coords, "bound": BOUNDS, **coords})
     if "input" in result.data_vars:
         result = result.set_coords("input")
     result = with_names_and_units(result, long_names, unitless)

@@ -50,9 +50,9 @@ def samples_of(families: Sequence[Family], samples: int, seed: int) -> np.ndarra
     return of_normals(ndtri(np.concatenate(u)), families)
 
 
-def sampling_attrs(count: int, seed: int, more: str = "") -> dict[str, int | float | str]:
+def sampling_attrs(count: int, seed: int, search_details: str = "") -> dict[str, int | float | str]:
     """Return the attributes of an answer that a search on so many samples made."""
-    made = f"{count} quasi-random samples of the surrogate; bounds by a search{more}"
+    made = f"{count} quasi-random samples of the surrogate; bounds by a search{search_details}"
     return {"samples": count, "seed": seed, "confidence": CONFIDENCE, "made": made}
 
 

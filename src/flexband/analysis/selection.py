@@ -30,8 +30,8 @@ def surrogates_of(surrogate: AnySurrogate) -> dict[str, Surrogate]:
     Raise `InputError` if it is no surrogate.
     """
     check_instance("surrogate", surrogate, AnySurrogate, "one that `expand` returns")
-    several = isinstance(surrogate, SurrogateOfChoices)
-    return dict(surrogate.surrogates) if several else {"": surrogate}
+    has_choices = isinstance(surrogate, SurrogateOfChoices)
+    return dict(surrogate.surrogates) if has_choices else {"": surrogate}
 
 
 def labels_of(surrogate: AnySurrogate) -> xr.DataArray:
@@ -51,7 +51,8 @@ def select_places(surrogate: Surrogate, at: Labels | None) -> Surrogate:
         return surrogate
     check_instance("at", at, Mapping, "a mapping from dimensions to labels")
     labels = surrogate.labels
-    chosen: dict[str, int | np.ndarray] = {}
+    # Find the positions of the labels along each dimension.
+    indexers: dict[str, int | np.ndarray] = {}
     for dim, dim_labels in at.items():
         if dim not in labels.dims[1:]:
             dims = ", ".join(map(str, labels.dims[1:])) or "none"
@@ -59,10 +60,13 @@ def select_places(surrogate: Surrogate, at: Labels | None) -> Surrogate:
                 f"at must name dimensions of the response, {dims}; got {value_text(dim)}"
             )
         indices = _positions(labels, dim, dim_labels)
-        chosen[dim] = int(indices[0]) if np.ndim(dim_labels) == 0 else np.unique(indices)
+        indexers[dim] = int(indices[0]) if np.ndim(dim_labels) == 0 else np.unique(indices)
+    # Select the outputs and times of the expansions that are left.
     numbers = np.arange(int(np.prod(labels.shape[1:], dtype=int)))
     times = surrogate.times
-    grid = xr.DataArray(numbers.reshape(labels.shape[1:]), dims=labels.dims[1:]).isel(chosen).values
+    grid = (
+        xr.DataArray(numbers.reshape(labels.shape[1:]), dims=labels.dims[1:]).isel(indexers).values
+    )
     outputs, at_times = np.unique(grid // times), np.unique(grid % times)
 
     def parts(expansions: Sequence[Expansion]) -> tuple[Expansion, ...]:
@@ -74,10 +78,10 @@ def select_places(surrogate: Surrogate, at: Labels | None) -> Surrogate:
                 chosen_parts.append(replace(part, outputs=np.searchsorted(outputs, indices)))
         return tuple(chosen_parts)
 
-    diagnostics = surrogate.diagnostics.isel(chosen, missing_dims="ignore")
+    diagnostics = surrogate.diagnostics.isel(indexers, missing_dims="ignore")
     return replace(
         surrogate,
-        labels=labels.isel(chosen),
+        labels=labels.isel(indexers),
         expansions=parts(surrogate.expansions),
         correction=parts(surrogate.correction),
         diagnostics=diagnostics,
@@ -87,35 +91,37 @@ def select_places(surrogate: Surrogate, at: Labels | None) -> Surrogate:
 def _positions(labels: xr.DataArray, dim: str, dim_labels: ArrayLike) -> np.ndarray:
     """Return the positions of labels along a dimension, shape (labels,)."""
     count = labels.sizes[dim]
-    several = f"at: {dim}"
+    argument_name = f"at: {dim}"
     try:
-        asked = np.atleast_1d(np.asarray(dim_labels))
+        targets = np.atleast_1d(np.asarray(dim_labels))
     except (TypeError, ValueError):
-        raise InputError(f"{several} must be labels; got {value_text(dim_labels)}") from None
-    if asked.ndim > 1 or not asked.size:
+        raise InputError(f"{argument_name} must be labels; got {value_text(dim_labels)}") from None
+    if targets.ndim > 1 or not targets.size:
         raise InputError(
-            f"{several} must be a label or a list of them; got {value_text(dim_labels)}"
+            f"{argument_name} must be a label or a list of them; got {value_text(dim_labels)}"
         )
     if dim not in labels.coords:
-        whole = asked.dtype.kind in "iuf" and (asked == np.round(asked)).all()
-        if not whole or asked.min() < 0 or asked.max() >= count:
+        are_integers = targets.dtype.kind in "iuf" and (targets == np.round(targets)).all()
+        if not are_integers or targets.min() < 0 or targets.max() >= count:
             allowed = f"positions from 0 to {count - 1}, since {dim} has no labels"
-            raise InputError(f"{several} must be {allowed}; got {value_text(dim_labels)}")
-        return asked.astype(int)
+            raise InputError(f"{argument_name} must be {allowed}; got {value_text(dim_labels)}")
+        return targets.astype(int)
     coordinate = labels[dim].values
-    named = dim == "output" and asked.dtype.kind == "U"  # outputs may be numbered
-    if coordinate.dtype.kind in "iuf" and not named:
-        if asked.dtype.kind not in "iuf" or not np.isfinite(asked).all():
-            raise InputError(f"{several} must be finite numbers; got {value_text(dim_labels)}")
+    are_names = dim == "output" and targets.dtype.kind == "U"  # outputs may be numbered
+    if coordinate.dtype.kind in "iuf" and not are_names:
+        if targets.dtype.kind not in "iuf" or not np.isfinite(targets).all():
+            raise InputError(
+                f"{argument_name} must be finite numbers; got {value_text(dim_labels)}"
+            )
         slack = 1e-9 * (np.ptp(coordinate) or abs(coordinate[0]))  # rounding, at the ends
-        if asked.min() < coordinate.min() - slack or asked.max() > coordinate.max() + slack:
+        if targets.min() < coordinate.min() - slack or targets.max() > coordinate.max() + slack:
             ends = f"from {coordinate.min():g} to {coordinate.max():g}"
-            raise InputError(f"{several} must be {ends}; got {value_text(dim_labels)}")
-        return np.abs(asked[:, None].astype(float) - coordinate).argmin(axis=1)
+            raise InputError(f"{argument_name} must be {ends}; got {value_text(dim_labels)}")
+        return np.abs(targets[:, None].astype(float) - coordinate).argmin(axis=1)
     positions = {str(name): k for k, name in enumerate(coordinate.tolist())}
-    for name in asked.tolist():
+    for name in targets.tolist():
         if str(name) not in positions:
             raise InputError(
-                f"{several} must be one of {', '.join(positions)}; got {value_text(name)}"
+                f"{argument_name} must be one of {', '.join(positions)}; got {value_text(name)}"
             )
-    return np.array([positions[str(name)] for name in asked.tolist()])
+    return np.array([positions[str(name)] for name in targets.tolist()])

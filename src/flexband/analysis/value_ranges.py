@@ -74,14 +74,18 @@ def checked_probability(probability: float) -> float:
 def _over_random_options(surrogate: Surrogate, probability: float) -> xr.Dataset:
     """Return the range over all options that have probabilities."""
     inputs = surrogate.space.inputs.items()
-    options = {name: each.options for name, each in inputs if isinstance(each, RandomOption)}
+    options = {name: input_.options for name, input_ in inputs if isinstance(input_, RandomOption)}
     if not options:
         return range_of(surrogate, probability)
-    combined = [dict(zip(options, each, strict=True)) for each in product(*options.values())]
+    combinations = [
+        dict(zip(options, combination, strict=True)) for combination in product(*options.values())
+    ]
     return over_options(
         {
-            ", ".join(map(str, fixed.values())): range_of(surrogate.narrowed(**fixed), probability)
-            for fixed in combined
+            ", ".join(map(str, option_values.values())): range_of(
+                surrogate.narrowed(**option_values), probability
+            )
+            for option_values in combinations
         }
     )
 
@@ -95,6 +99,7 @@ def range_of(surrogate: Surrogate, probability: float) -> xr.Dataset:
     m = space.interval_dimension
     if probability == 1 and not all(family.bounded for family in families):
         raise InputError("probability must be below 1: not all random inputs are bounded; got 1")
+    # Find the box of the random variables, and search it together with the intervals.
     beyond = -np.expm1(np.log(probability) / max(n, 1)) / 2
     z = float(-ndtri(max(beyond, 1e-300)))
     ends = of_normals(np.array([[-z] * n, [z] * n]), families)
@@ -106,6 +111,7 @@ def range_of(surrogate: Surrogate, probability: float) -> xr.Dataset:
     box = join_outputs(surrogate.expansions, [bounds.places for bounds in extremes], 1).reshape(
         -1, m + n
     )
+    # Return the bounds and the values of the inputs there.
     eta = box[:, :m]
     t = box[:, m:]
     inputs = space.numbers_at(ends.mean(axis=0) + t * np.ptp(ends, axis=0) / 2, eta)
@@ -149,9 +155,9 @@ def _on_box(expansion: HybridExpansion, lower: np.ndarray, upper: np.ndarray) ->
         xi = (lower[k] + upper[k]) / 2 + t * (upper[k] - lower[k]) / 2
         matrix = np.linalg.solve(chebyshev_values(highest, t), family.values(highest, xi))
         row, col = np.nonzero(np.arange(highest + 1)[:, None] <= orders)
-        new = index[col]
-        new[:, m + k] = row
-        index, which = np.unique(new, axis=0, return_inverse=True)
+        new_index = index[col]
+        new_index[:, m + k] = row
+        index, which = np.unique(new_index, axis=0, return_inverse=True)
         entries = matrix[row, orders[col]], (which.ravel(), col)
         transform = csr_array(entries, shape=(len(index), len(orders))) @ transform
     coefficients = np.asarray(transform @ expansion.coefficients)

@@ -54,14 +54,20 @@ def _checked(function: Any, label: str) -> Callable:
     passes_on = bool(code.co_flags & inspect.CO_VARKEYWORDS)
 
     @wraps(function)
-    def checked(*positional: Any, **named: Any) -> Any:
-        for name in named.keys() - names:
+    def checked(*positional: Any, **keywords: Any) -> Any:
+        for name in keywords.keys() - names:
             possible = _names(function, only_needed=passes_on)
-            near = get_close_matches(name, [known for known in possible if known not in named], 1)
-            if near or not passes_on:
-                hint = f"did you mean {near[0]!r}?" if near else f"there are {', '.join(possible)}"
+            matches = get_close_matches(
+                name, [candidate for candidate in possible if candidate not in keywords], 1
+            )
+            if matches or not passes_on:
+                hint = (
+                    f"did you mean {matches[0]!r}?"
+                    if matches
+                    else f"there are {', '.join(possible)}"
+                )
                 raise ArgumentError(f"{label} has no argument {name!r}; {hint}")
-        return function(*positional, **named)
+        return function(*positional, **keywords)
 
     return checked
 

@@ -41,10 +41,14 @@ def check_finite(
 
 def check_each_finite(name: str, values: Iterable[ArrayLike]) -> None:
     """Raise `InputError` as `check_finite` does for one of many values."""
-    every = list(values)
-    usual = all(type(v) is np.ndarray and v.dtype == float and v.size and v.ndim < 2 for v in every)
-    if not (usual and every and np.isfinite(np.concatenate([*map(np.ravel, every)])).all()):
-        for value in every:
+    all_values = list(values)
+    usual = all(
+        type(v) is np.ndarray and v.dtype == float and v.size and v.ndim < 2 for v in all_values
+    )
+    if not (
+        usual and all_values and np.isfinite(np.concatenate([*map(np.ravel, all_values)])).all()
+    ):
+        for value in all_values:
             check_finite(name, value)
 
 
@@ -104,19 +108,19 @@ def check_spread(name: str, spread: float, size: float) -> None:
 
 
 def check_integer(
-    name: str, value: object, least: int, most: int | None = None, *, or_zero: bool = False
+    name: str, value: object, minimum: int, maximum: int | None = None, *, or_zero: bool = False
 ) -> int:
     """Return `value` as an int; raise `InputError` if it is not a whole number in this range.
 
     `or_zero` is whether 0 is allowed besides, for none.
     """
-    allowed = f"{('0, or ' if or_zero else '')}{least} or more"
+    allowed = f"{('0, or ' if or_zero else '')}{minimum} or more"
     if isinstance(value, bool | np.timedelta64) or not isinstance(value, int | np.integer):
         raise InputError(f"{name} must be a whole number, {allowed}; got {number_text(value)}")
-    if value < least and not (or_zero and value == 0):
+    if value < minimum and not (or_zero and value == 0):
         raise InputError(f"{name} must be {allowed}; got {value_text(value)}")
-    if most is not None and value > most:
-        raise InputError(f"{name} must be {most} or less; got {value_text(value)}")
+    if maximum is not None and value > maximum:
+        raise InputError(f"{name} must be {maximum} or less; got {value_text(value)}")
     return int(value)
 
 
@@ -172,11 +176,12 @@ def check_arguments(name: str, function: Callable, *arguments: str) -> None:
 
 def check_affordable(name: str, count: float) -> None:
     """Raise `InputError` if so many numbers do not fit into the memory that is free."""
-    needed = 8.0 * count
-    free = free_memory()
-    if needed > free:
+    memory = 8.0 * count
+    available_memory = free_memory()
+    if memory > available_memory:
         raise InputError(
-            f"{name} would take {needed / 1e9:.3g} GB of memory; {free / 1e9:.3g} GB are free"
+            f"{name} would take {memory / 1e9:.3g} GB of memory; "
+            f"{available_memory / 1e9:.3g} GB are free"
         )
 
 
@@ -189,11 +194,11 @@ def free_memory() -> float:
         limits.append(1024.0 * int(line.split()[1]))
     with suppress(OSError, ValueError):
         group = Path("/sys/fs/cgroup")
-        limit, used = (
+        limit, usage = (
             float((group / name).read_text(encoding="ascii"))
             for name in ("memory.max", "memory.current")
         )
-        limits.append(limit - used)
+        limits.append(limit - usage)
     return max(0.0, min(limits))
 
 

@@ -85,21 +85,21 @@ def sources(files: Iterable[Path], *, settled: float = 2.0) -> dict[Path, Source
     """
     memory_file = user_folder() / MEMORY
     memory = _remembered(memory_file)
-    known: dict[Path, Source] = {}
+    source_by_file: dict[Path, Source] = {}
     new: dict[str, Source] = {}
     for file in files:
-        key, changed = _state(file)
+        key, change_time = _state(file)
         if key in memory:
-            known[file] = Source(*memory[key])
+            source_by_file[file] = Source(*memory[key])
             continue
-        known[file] = parsed(file.read_bytes())
-        if changed + settled < time.time():
-            new[key] = known[file]
+        source_by_file[file] = parsed(file.read_bytes())
+        if change_time + settled < time.time():
+            new[key] = source_by_file[file]
     if new:
         memory = {key: value for key, value in memory.items() if _exists(key)} | new
         with suppress(OSError), replaced(memory_file) as partial:
             partial.write_text(json.dumps(memory), encoding="utf-8")
-    return known
+    return source_by_file
 
 
 def parsed(code: bytes) -> Source:

@@ -66,13 +66,13 @@ def imports_for_types(file: str) -> list[ast.stmt]:
 
 def unknown_name(package: str, name: str) -> AttributeError:
     """Return the error of a name that does not exist; it states the nearest one, wherever it is."""
-    missing = absent(name)
-    if missing:
+    absent_feature = absent(name)
+    if absent_feature:
         return AttributeError(
             f"module {package!r} has no attribute {name!r}, since flexband has no "
-            f"{missing.feature}. {missing.instead} See docs/explanation/absent.md"
+            f"{absent_feature.feature}. {absent_feature.instead} See docs/explanation/absent.md"
         )
-    near: list[str] = []
+    suggestions: list[str] = []
     if not name.startswith("_"):
         root = package.partition(".")[0]
         others = [root, *(f"{root}.{part}" for part in NAMESPACES)]
@@ -81,6 +81,6 @@ def unknown_name(package: str, name: str) -> AttributeError:
             for module in [*others, package]
             for public in dir(import_module(module))
         }
-        near = [places[match] for match in get_close_matches(name, places, 1)]
-    hint = f"; did you mean {near[0]!r}?" if near else ""
+        suggestions = [places[match] for match in get_close_matches(name, places, 1)]
+    hint = f"; did you mean {suggestions[0]!r}?" if suggestions else ""
     return AttributeError(f"module {package!r} has no attribute {name!r}{hint}")

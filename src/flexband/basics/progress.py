@@ -19,18 +19,19 @@ class Budget(int):
 
     Attributes
     ----------
-    each : the most runs on one discretization; 0 if there is only one, so that it is the total.
+    per_level : the most runs on one discretization; 0 if there is only one, so that it is the
+        total.
     exact : whether the total stays as it is.
     """
 
-    each = 0
+    per_level = 0
     exact = False
 
     @classmethod
-    def from_levels(cls, total: int, each: int) -> Budget:
+    def from_levels(cls, total: int, per_level: int) -> Budget:
         """Return a total with what is known of it."""
         made = cls(total)
-        made.each = each
+        made.per_level = per_level
         return made
 
     @classmethod
@@ -151,7 +152,7 @@ class Pace:
         self.part = part
         self.why = why
         self.warned = False
-        self.begun = time.monotonic()
+        self.start_time = time.monotonic()
         self.listener = listener()
         self.stage = _stage.get()
         self.first: tuple[float, float] | None = None
@@ -165,8 +166,8 @@ class Pace:
         part = self.part()
         if self.first is None or part <= self.first[1]:
             self.first = self.first or ((now, part) if part > 0 else None)
-            if now - self.begun >= self.silent:
-                self._warn(f"no further time is reached after {duration(now - self.begun)}")
+            if now - self.start_time >= self.silent:
+                self._warn(f"no further time is reached after {duration(now - self.start_time)}")
             return
         remaining = (now - self.first[0]) * (1 - part) / (part - self.first[1])
         text = f"{100 * part:.0f} % of runs of {self.steps} steps, about {duration(remaining)} left"

@@ -132,8 +132,8 @@ class FunctionResponse(Response):
     def description(self, **values: Any) -> Description:
         def finer() -> Mapping[str, Response]:
             refined = self._attribute("refined", None)
-            whole = {"discretization": refined()} if callable(refined) else {}
-            levels = self._answer("refinements", whole, values)
+            default_levels = {"discretization": refined()} if callable(refined) else {}
+            levels = self._answer("refinements", default_levels, values)
             return {name: as_response(level) for name, level in levels.items()}
 
         answers = Description(refinements=finer)._asdict()

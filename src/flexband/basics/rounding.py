@@ -47,13 +47,13 @@ class Units(NamedTuple):
         count = math.prod(sizes)
         if unit is None or not set(unit.dims) <= set(dims):
             return Units.unknown(count)
-        every = [d for d in dims if d in unit.dims]
-        shape = [values.sizes[d] if d in every else 1 for d in dims]
-        texts = np.broadcast_to(unit.transpose(*every).values.reshape(shape), sizes).ravel()
+        unit_dims = [d for d in dims if d in unit.dims]
+        shape = [values.sizes[d] if d in unit_dims else 1 for d in dims]
+        texts = np.broadcast_to(unit.transpose(*unit_dims).values.reshape(shape), sizes).ravel()
         names = list(map(str, texts))
         levels = rounding_levels(unit)
-        known = {name: k for k, name in enumerate(names) if name.strip()}
-        of = np.array([known.get(name, k) for k, name in enumerate(names)], dtype=int)
+        unit_numbers = {name: k for k, name in enumerate(names) if name.strip()}
+        of = np.array([unit_numbers.get(name, k) for k, name in enumerate(names)], dtype=int)
         return Units(of, np.array([levels.get(name, 0.0) for name in names]))
 
     def least_variation(self, size: np.ndarray, part: float = ROUNDING) -> np.ndarray:
@@ -61,8 +61,8 @@ class Units(NamedTuple):
 
         It is `part` of the largest size, (outputs,), of the outputs of the same unit.
         """
-        least = np.maximum(largest_of(size, self.of), ROUNDING * size.max(initial=0.0))
-        return np.maximum(part * least, self.rounding)
+        largest = np.maximum(largest_of(size, self.of), ROUNDING * size.max(initial=0.0))
+        return np.maximum(part * largest, self.rounding)
 
     def varies(self, spread: np.ndarray, size: np.ndarray) -> np.ndarray:
         """Return which outputs vary by more than rounding, (outputs,); the others are constant.

@@ -61,12 +61,12 @@ def perform(response: ResponseFunction, arguments: Arguments) -> Outcome:
         try:
             value = response(**arguments)
             error = None
-        except Exception as raised:
+        except Exception as exception:
             value = None
-            error = raised
-        except SystemExit as raised:
+            error = exception
+        except SystemExit as exception:
             value = None
-            error = RuntimeError(f"the response called sys.exit({raised.code!r})")
+            error = RuntimeError(f"the response called sys.exit({exception.code!r})")
     return Outcome(value, error, time.perf_counter() - begin, tuple(remarks))
 
 
@@ -98,12 +98,14 @@ def perform_elsewhere(
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", FlexbandWarning)
         try:
-            own = unpickle_response(response, with_modules, code)
-            outcome = perform(own, cloudpickle.loads(arguments))
+            function = unpickle_response(response, with_modules, code)
+            outcome = perform(function, cloudpickle.loads(arguments))
         except Exception as error:  # a module that is missing there
             outcome = Outcome(None, error, 0.0)
-    own = [w for w in caught if issubclass(w.category, FlexbandWarning)]
-    outcome = outcome._replace(warnings=tuple((str(w.message), w.category) for w in own))
+    library_warnings = [w for w in caught if issubclass(w.category, FlexbandWarning)]
+    outcome = outcome._replace(
+        warnings=tuple((str(w.message), w.category) for w in library_warnings)
+    )
     if outcome.error is not None:
         lines = traceback.format_exception(outcome.error)
         outcome.error.add_note(f"In a worker process:\n{''.join(lines)}")
@@ -141,9 +143,11 @@ def dump_response(response: ResponseFunction) -> bytes:
 
 def dumped_with_modules(response: ResponseFunction) -> bytes:
     """Return a response with the modules of the user that it needs; b"" if that is not possible."""
-    done = cloudpickle.list_registry_pickle_by_value()
-    named = {m.__name__: m for m in modules_of_user()}
-    modules = [named[name] for name in named.keys() & sys.modules.keys() - done]
+    by_value = cloudpickle.list_registry_pickle_by_value()
+    module_by_name = {m.__name__: m for m in modules_of_user()}
+    modules = [
+        module_by_name[name] for name in module_by_name.keys() & sys.modules.keys() - by_value
+    ]
     for module in modules:
         cloudpickle.register_pickle_by_value(module)
     try:
@@ -158,8 +162,8 @@ def dumped_with_modules(response: ResponseFunction) -> bytes:
 def sent_by(response: ResponseFunction) -> tuple[bytes, tuple[bytes, str]]:
     """Return a response for another process, and what `unpickle_response` takes besides."""
     pickled = dump_response(response)
-    whole = dumped_with_modules(response)
-    by_value = whole if whole != pickled else b""
+    with_modules = dumped_with_modules(response)
+    by_value = with_modules if with_modules != pickled else b""
     return pickled, (by_value, fingerprint(response) if by_value else "")
 
 

@@ -94,8 +94,10 @@ class Array:
         if self.kind == "string":
             texts = values.ravel()
             count = int(np.prod(self.chunk))
-            known = {text: str(text).encode() for text in set(texts)}
-            framed = {text: struct.pack("<I", len(utf8)) + utf8 for text, utf8 in known.items()}
+            utf8_texts = {text: str(text).encode() for text in set(texts)}
+            framed = {
+                text: struct.pack("<I", len(utf8)) + utf8 for text, utf8 in utf8_texts.items()
+            }
             parts = [struct.pack("<I", count), *(framed[text] for text in texts)]
             content = b"".join(parts) + struct.pack("<I", 0) * (count - len(texts))
         else:

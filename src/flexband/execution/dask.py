@@ -164,14 +164,14 @@ class _Timed:
         """Wait; return the tasks that are finished, and those that took too long, with a reason."""
         remaining = min(deadline for _, deadline in running.values()) - time.monotonic()
         self._wait(list(running), max(0.0, remaining), "FIRST_COMPLETED")
-        if done := [future for future in running if future.done()]:
-            return [(future, "") for future in done]
+        if finished_futures := [future for future in running if future.done()]:
+            return [(future, "") for future in finished_futures]
         late = [k for k, (_, deadline) in running.items() if deadline <= time.monotonic()]
         at = {key: worker for worker, keys in self.client.processing().items() for key in keys}
-        slow = {at[future.key] for future in late if future.key in at}
+        late_workers = {at[future.key] for future in late if future.key in at}
         for future in late:
             future.cancel()
-        for worker in slow:
+        for worker in late_workers:
             self.replace(worker)
         reason = f"the run was ended after its time limit of {self.time_limit:g} s"
         return [(future, reason) for future in late]

@@ -75,17 +75,17 @@ class _Flow:
     def perform(self) -> Outcomes:
         """Yield the numbers and outcomes of calls as they finish."""
         waiting = deque(range(len(self.tasks)))
-        lost = list[int]()
+        lost_tasks = list[int]()
         try:
             while waiting or self.running:
                 while waiting and len(self.running) < self.limit:
                     self.submit([waiting.popleft() for _ in range(self.size(len(waiting)))])
                 for number, outcome in self.next_outcomes():
                     if outcome.lost:
-                        lost.append(number)
+                        lost_tasks.append(number)
                     else:
                         yield number, outcome
-            for number in lost:
+            for number in lost_tasks:
                 self.submit([number])
                 yield from self.next_outcomes()
         finally:
@@ -96,9 +96,9 @@ class _Flow:
         """Return the number of calls of the next submission, of so many that are waiting."""
         if not self.calls:
             return 1
-        enough = self.least_work * self.calls / max(self.work, 1e-6)
+        batch_size = self.least_work * self.calls / max(self.work, 1e-6)
         busy = max(1.0, self.work / (time.perf_counter() - self.begin))  # workers, on average
-        return max(1, int(min(enough, waiting / (2 * busy))))
+        return max(1, int(min(batch_size, waiting / (2 * busy))))
 
     def submit(self, numbers: list[int]) -> None:
         """Submit calls, which one worker makes."""

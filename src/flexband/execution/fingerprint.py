@@ -45,8 +45,8 @@ class _Walk:
 
     def __init__(self, response: Any):
         self.hash = hashlib.sha256()
-        self.seen: dict[int, int] = {}
-        self.kept: list[object] = []  # an object that was freed could give its number to another
+        self.visited: dict[int, int] = {}
+        self.objects: list[object] = []  # an object that was freed could give its number to another
         while isinstance(
             response := inspect.unwrap(response, stop=lambda f: isinstance(f, partial)), partial
         ):
@@ -59,11 +59,11 @@ class _Walk:
     def visit(self, value: Any) -> None:
         if isinstance(value, PLAIN):
             self.text(type(value).__name__, repr(value))
-        elif id(value) in self.seen:
-            self.text("seen", self.seen[id(value)])
+        elif id(value) in self.visited:
+            self.text("seen", self.visited[id(value)])
         else:
-            self.seen[id(value)] = len(self.seen)
-            self.kept.append(value)
+            self.visited[id(value)] = len(self.visited)
+            self.objects.append(value)
             self.content(value)
 
     @singledispatchmethod

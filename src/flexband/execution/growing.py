@@ -102,16 +102,17 @@ class GrowingArrays:
         files: dict[Path, Content] = {}
         last = dict(self._last)
         blank = set[Path]()
+        # Fill the last chunk of each array, then new ones. Blank texts are written once only.
         for name, values in columns.items():
             array = self.arrays[name]
             done = 0
             while done < count:
-                chunk, used = divmod(self.runs + done, array.rows)
-                part = values[done : done + array.rows - used]
-                if used:
+                chunk, offset = divmod(self.runs + done, array.rows)
+                part = values[done : done + array.rows - offset]
+                if offset:
                     before = last.get(name)
-                    if before is None or len(before) != used:
-                        before = self._stored(name, chunk)[:used]
+                    if before is None or len(before) != offset:
+                        before = self._stored(name, chunk)[:offset]
                     part = np.concatenate([before, part])
                 file = self._file(name, chunk)
                 if array.kind != "string" or np.any(part != ""):
@@ -120,8 +121,9 @@ class GrowingArrays:
                 elif file not in self._blank:
                     files[file] = array.encoded(part)
                     blank.add(file)
-                done += len(part) - used
+                done += len(part) - offset
                 last[name] = part
+        # The runs count once the metadata is on disk.
         write_synced(files)
         self.runs += count
         try:
@@ -157,12 +159,12 @@ class GrowingArrays:
         if not array.grows:
             empty = 0 in array.shape
             return np.zeros(array.shape) if empty else self._stored(name, 0)
-        chosen = np.arange(self.runs) if runs is None else np.asarray(runs)
-        values = np.empty((len(chosen), *array.shape[1:]), CODES.get(array.kind, object))
-        chunks = chosen // array.rows
+        run_numbers = np.arange(self.runs) if runs is None else np.asarray(runs)
+        values = np.empty((len(run_numbers), *array.shape[1:]), CODES.get(array.kind, object))
+        chunks = run_numbers // array.rows
         for chunk in np.unique(chunks):
             mask = chunks == chunk
-            values[mask] = self._stored(name, int(chunk))[chosen[mask] - chunk * array.rows]
+            values[mask] = self._stored(name, int(chunk))[run_numbers[mask] - chunk * array.rows]
         return values
 
     def replace(self, name: str, runs: np.ndarray, value: float) -> None:

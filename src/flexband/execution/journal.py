@@ -73,9 +73,9 @@ class Journal:
         parts = [FRAME.pack(size, checksum), *body]
         try:
             for part in parts if size > large else [b"".join(parts)]:
-                whole = memoryview(part).cast("B")
-                while whole:
-                    whole = whole[self._file.write(whole) :]
+                remaining = memoryview(part).cast("B")
+                while remaining:
+                    remaining = remaining[self._file.write(remaining) :]
             if sync:
                 os.fsync(self._file.fileno())
         except BaseException:

@@ -199,10 +199,10 @@ class _Pool:
             number = waiting.popleft()
             worker.task = number
             attempts[number] += 1
-            known = worker.response == hash(pickled)
+            has_response = worker.response == hash(pickled)
             worker.response = hash(pickled)
             with suppress(OSError):  # a worker that is dead is found when it is waited for
-                worker.connection.send_bytes(b"" if known else pickled)
+                worker.connection.send_bytes(b"" if has_response else pickled)
                 worker.connection.send_bytes(cloudpickle.dumps(tasks[number]()))
 
     def _ready(self) -> list[_Worker]:

@@ -34,13 +34,13 @@ class RunRecorder:
 
     Runs are in the journal as soon as `add` returns, so that they survive the end of the process; a
     thread writes them to the arrays every `period` [s], or when `most_waiting` bytes wait, and
-    syncs these. Runs that took longer than `slow` [s] are synced at once, unless others were just
-    now.
+    syncs these. Runs that took longer than `long_run_time` [s] are synced at once, unless others
+    were just now.
     """
 
     period = 0.5
     most_waiting = 64e6
-    slow = 0.1
+    long_run_time = 0.1
 
     def __init__(self, store: Store, owner: Owner, about: Mapping[str, str] | None = None):
         """Open or make the store; `about` says which inputs the runs to come are for."""
@@ -94,7 +94,7 @@ class RunRecorder:
         self._synced = float("-inf")
         self._changed = threading.Condition()
         self._error: BaseException | None = None
-        self._told = self._closing = self._hurry = False
+        self._warning_issued = self._closing = self._hurry = False
         self._writer = threading.Thread(target=self._write_all, daemon=True)
         self._writer.start()
 
@@ -104,12 +104,12 @@ class RunRecorder:
         for name, chunk in chunks:
             if name == "status":
                 self.arrays.clear(name, chunk)
-        lost = np.flatnonzero(bad)
-        if len(lost):
-            self.arrays.replace("status", lost, RunStatus.LOST)
+        lost_runs = np.flatnonzero(bad)
+        if len(lost_runs):
+            self.arrays.replace("status", lost_runs, RunStatus.LOST)
             for name, chunk in chunks:
                 self.arrays.clear(name, chunk) if name != "status" else None
-            text = f"{are(len(lost), 'run')} damaged in {self.store.runs}"
+            text = f"{are(len(lost_runs), 'run')} damaged in {self.store.runs}"
             warn(f"{text}; those needed are made again")
 
     @property
@@ -138,21 +138,21 @@ class RunRecorder:
         self.flush()
         values = np.full((len(runs), *self.labels.shape[1:]), np.nan)
         reasons = np.full(len(runs), "", object)
-        failed = self.status[runs] == RunStatus.FAILED
+        failed_mask = self.status[runs] == RunStatus.FAILED
         with self._changed:
             self._changed.wait_for(lambda: not self._writing)
             first = self.arrays.runs
             written = runs < first
             if "outputs" in self.arrays.arrays:
                 values[written] = self.arrays.read("outputs", runs[written])
-            reasons[written & failed] = self.arrays.read("reason", runs[written & failed])
+            reasons[written & failed_mask] = self.arrays.read("reason", runs[written & failed_mask])
             for record in self._waiting:  # which could not be written
                 mask = (runs >= first) & (runs < first + len(record.inputs))
                 reasons[mask] = record.reason
                 if record.values is not None:
                     values[mask] = record.values[runs[mask] - first]
                 first += len(record.inputs)
-        return values, {int(k): str(reasons[k]) for k in np.flatnonzero(failed)}
+        return values, {int(k): str(reasons[k]) for k in np.flatnonzero(failed_mask)}
 
     def remarks(self, runs: np.ndarray) -> list[str]:
         """Return the remarks on recorded runs, see `layout`; "" for runs without one."""
@@ -214,8 +214,8 @@ class RunRecorder:
                 self._hurry = True
                 self._changed.notify_all()
             self._changed.wait_for(lambda: self._error or self._bytes <= self.most_waiting)
-        if self._error and not self._told:
-            self._told = True
+        if self._error and not self._warning_issued:
+            self._warning_issued = True
             warn(f"runs cannot be recorded in {self.store.folder} at present: {self._error}")
 
     def _append_to_journal(self) -> None:
@@ -224,8 +224,8 @@ class RunRecorder:
         while self._safe < len(self._waiting):
             record = self._waiting[self._safe]
             took = min(record.seconds * len(record.inputs), time.monotonic() - self._synced)
-            self.journal.append(first, record, sync=took > self.slow)
-            if took > self.slow:
+            self.journal.append(first, record, sync=took > self.long_run_time)
+            if took > self.long_run_time:
                 self._synced = time.monotonic()
             self._safe += 1
             first += len(record.inputs)
@@ -252,8 +252,8 @@ class RunRecorder:
             closing = self._closing
             try:
                 older = self.journal.rotate() if batch else []
-            except OSError as raised:
-                error = raised
+            except OSError as exception:
+                error = exception
             self._writing = bool(batch)
         if batch and error is None:
             try:
@@ -261,8 +261,8 @@ class RunRecorder:
                 session = len(self.arrays.sessions) - 1
                 self.arrays.append(columns(batch, session, self._shape))
                 _remove(older)
-            except Exception as raised:  # it is told by `add` and `close`
-                error = raised
+            except Exception as exception:  # it is told by `add` and `close`
+                error = exception
         with self._changed:
             self._writing = False
             if batch:
@@ -284,13 +284,13 @@ class RunRecorder:
     def forget_failed(self) -> int:
         """Let failed runs be made again; return their number."""
         self.flush()
-        failed = np.flatnonzero(self.status == RunStatus.FAILED)
-        if len(failed):
-            self.arrays.replace("status", failed, RunStatus.AGAIN)
-            self.status[failed] = RunStatus.AGAIN
-            gone = set(failed.tolist())
-            self.rows = {key: k for key, k in self.rows.items() if k not in gone}
-        return len(failed)
+        failed_runs = np.flatnonzero(self.status == RunStatus.FAILED)
+        if len(failed_runs):
+            self.arrays.replace("status", failed_runs, RunStatus.AGAIN)
+            self.status[failed_runs] = RunStatus.AGAIN
+            forgotten_runs = set(failed_runs.tolist())
+            self.rows = {key: k for key, k in self.rows.items() if k not in forgotten_runs}
+        return len(failed_runs)
 
     def close(self) -> None:
         """Write what is left; warn if that fails."""
@@ -307,9 +307,9 @@ class RunRecorder:
         finally:
             self._lock.release()
         if self._error:
-            lost = sum(len(record.inputs) for record in self._waiting)
+            lost_count = sum(len(record.inputs) for record in self._waiting)
             warn(
-                f"{number_of(lost, 'run')} could not be recorded in {self.store.folder}: "
+                f"{number_of(lost_count, 'run')} could not be recorded in {self.store.folder}: "
                 f"{self._error}"
             )
 

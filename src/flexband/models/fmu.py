@@ -108,13 +108,13 @@ class FMU(OneByOne):
             raise ModelError(f"the FMU {self.path} has changed since the response was made")
         description = self._description()
         outputs = recorded_variables(description, list(self.outputs or ()))
-        given = assigned_variables(description, values)
+        assignments = assigned_variables(description, values)
         messages: list[str] = []
         with TemporaryDirectory(prefix="flexband-") as folder:
             _fmpy("fmpy").extract(self.path, folder)
             run = _Run(folder, description, messages)
             try:
-                run.start(self._start(description), self._ends[-1], given)
+                run.start(self._start(description), self._ends[-1], assignments)
                 rows = [run.read(outputs)] if self._ends[0] == self._start(description) else []
                 for begin, step, count in self._communication(description):
                     run.advance(begin, step, count)
@@ -206,11 +206,11 @@ class _Run:
         except Exception as error:
             raise ModelError(f"the FMU cannot be loaded: {error}{_shown(messages)}") from error
 
-    def start(self, begin: float, end: float, given: Assignments) -> None:
+    def start(self, begin: float, end: float, assignments: Assignments) -> None:
         """Set the values and initialize; raise `InputError` if a value is then another."""
         if self.description.fmiVersion == "2.0":
             self.fmu.setupExperiment(startTime=begin, stopTime=end)
-        for variable, value in given.values():
+        for variable, value in assignments.values():
             kind = access(self.description, variable)
             getattr(self.fmu, f"set{kind}")([variable.valueReference], [value])
         if self.description.fmiVersion == "2.0":
@@ -218,7 +218,7 @@ class _Run:
         else:
             self.fmu.enterInitializationMode(startTime=begin, stopTime=end)
         self.fmu.exitInitializationMode()
-        for name, (variable, value) in given.items():
+        for name, (variable, value) in assignments.items():
             reading = self._get(access(self.description, variable), [variable])[0]
             if differs(value, reading):
                 raise InputError(

@@ -36,11 +36,13 @@ def recorded_variables(
 def assigned_variables(description: fmi.ModelDescription, values: dict[str, Any]) -> Assignments:
     """Return the variables to be set and their values; raise `InputError` if they cannot be."""
     possible = {v.name: v for v in description.modelVariables if _refusal(v) == ""}
-    every = {v.name: v for v in description.modelVariables}
+    all_variables = {v.name: v for v in description.modelVariables}
     assignments: Assignments = {}
     for name, value in values.items():
-        if name in every and name not in possible:
-            raise InputError(f"{name} cannot be set in this FMU: it is {_refusal(every[name])}")
+        if name in all_variables and name not in possible:
+            raise InputError(
+                f"{name} cannot be set in this FMU: it is {_refusal(all_variables[name])}"
+            )
         variable = _named(possible, name, "inputs must be variables of the FMU that can be set")
         for other, (earlier_variable, _) in assignments.items():
             if (earlier_variable.valueReference, earlier_variable.type) == (
@@ -73,15 +75,15 @@ def differs(value: float | str, actual_value: Any, rounding: float = 1e-6) -> bo
 
 
 def _named(
-    possible: dict[str, fmi.ScalarVariable], name: str, rule: str, most: int = 20
+    possible: dict[str, fmi.ScalarVariable], name: str, rule: str, max_names: int = 20
 ) -> fmi.ScalarVariable:
     if name in possible:
         return possible[name]
     close = get_close_matches(str(name), possible, n=3)
     names = [*close, *(candidate for candidate in possible if candidate not in close)]
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    listed = ", ".join(names[:most]) or "nothing"
-    raise InputError(f"{rule}: {listed}{more}; got {name!r}")
+    remainder = f" and {len(names) - max_names} more" if len(names) > max_names else ""
+    listed = ", ".join(names[:max_names]) or "nothing"
+    raise InputError(f"{rule}: {listed}{remainder}; got {name!r}")
 
 
 def _is_number(variable: fmi.ScalarVariable) -> bool:
@@ -116,6 +118,7 @@ def _convert(variable: fmi.ScalarVariable, value: Any) -> float | str:
         if value not in (0, 1):
             raise InputError(f"{name} must be 0 or 1 for this FMU; got {value_text(value)}")
         return bool(value)
+    # Numbers must be within the limits that the FMU states.
     for limit, outside in (("min", value.__lt__), ("max", value.__gt__)):
         bound = getattr(variable, limit)
         if bound is not None and outside(float(bound)) is True:

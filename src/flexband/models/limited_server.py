@@ -77,25 +77,25 @@ class LimitedServer(ThreadingHTTPServer):
     def __init__(self, address: tuple[str, int], handler: Any, limits: ServerLimits):
         self.limits = limits
         self.bodies = MemoryBudget(limits.body)
-        self.free = threading.BoundedSemaphore(limits.connections)
+        self.connection_slots = threading.BoundedSemaphore(limits.connections)
         super().__init__(address, handler)
 
     def process_request(self, request: Any, client_address: Any) -> None:
         """Serve a connection in a thread, or close it if there are too many."""
-        if not self.free.acquire(blocking=False):
+        if not self.connection_slots.acquire(blocking=False):
             self.shutdown_request(request)
             return
         try:
             super().process_request(request, client_address)
         except BaseException:
-            self.free.release()
+            self.connection_slots.release()
             raise
 
     def process_request_thread(self, request: Any, client_address: Any) -> None:
         try:
             super().process_request_thread(request, client_address)
         finally:
-            self.free.release()
+            self.connection_slots.release()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Print nothing where a client hangs up, or takes too long."""

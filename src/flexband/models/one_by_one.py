@@ -140,8 +140,10 @@ def _like_first(
         )
     if isinstance(result, xr.DataArray) and isinstance(first, xr.DataArray):
         for name in dict.fromkeys([*first.coords, *result.coords]):
-            both = name in first.coords and name in result.coords
-            if not both or not result.coords[name].variable.equals(first.coords[name].variable):
+            is_common = name in first.coords and name in result.coords
+            if not is_common or not result.coords[name].variable.equals(
+                first.coords[name].variable
+            ):
                 raise InputError(f"coordinate {name!r} must be the same in all samples")
     return result
 

@@ -154,10 +154,10 @@ class ExternalProgram(OneByOne):
         except (InputError, ModelError) as error:
             if self.keep is None:
                 raise
-            kept = Path(self.keep, f"run-{uuid4().hex[:12]}")
-            kept.parent.mkdir(parents=True, exist_ok=True)
-            shutil.move(folder, kept)
-            raise type(error)(f"{error}\nThe folder of the run is kept as {kept}") from error
+            archive = Path(self.keep, f"run-{uuid4().hex[:12]}")
+            archive.parent.mkdir(parents=True, exist_ok=True)
+            shutil.move(folder, archive)
+            raise type(error)(f"{error}\nThe folder of the run is kept as {archive}") from error
         finally:
             shutil.rmtree(folder, ignore_errors=True)
 
@@ -194,13 +194,13 @@ class ExternalProgram(OneByOne):
     def _run(self, folder: Path, arguments: list[str], standard_input: str) -> None:
         """Run the program to its end; nothing that it has started is left running."""
         program = os.fspath(self.command[0])
-        with tempfile.TemporaryFile() as given, open(folder / STDOUT, "wb") as out:
-            given.write(standard_input.encode())
-            given.seek(0)
+        with tempfile.TemporaryFile() as input_file, open(folder / STDOUT, "wb") as out:
+            input_file.write(standard_input.encode())
+            input_file.seek(0)
             with open(folder / STDERR, "wb") as err:
                 try:
                     process = subprocess.Popen(
-                        [program, *arguments], cwd=folder, stdin=given, stdout=out, stderr=err,
+                        [program, *arguments], cwd=folder, stdin=input_file, stdout=out, stderr=err,
                         start_new_session=True,
                     )  # fmt: skip
                 except OSError as error:

@@ -145,13 +145,13 @@ class UMBridgeModel(OneByOne):
             raise InputError(
                 f"the inputs are {', '.join(self.inputs)}; got {', '.join(values) or 'nothing'}"
             )
-        given = [float(check_numbers(name, values[name])) for name in self.inputs]
+        numbers = [float(check_numbers(name, values[name])) for name in self.inputs]
         ends = np.cumsum(self.input_sizes)
         vectors = [
-            given[end - size : end] for size, end in zip(self.input_sizes, ends, strict=True)
+            numbers[end - size : end] for size, end in zip(self.input_sizes, ends, strict=True)
         ]
-        asked = {"name": self.name, "input": vectors, "config": dict(self.config)}
-        output = self._ask("Evaluate", asked).get("output")
+        payload = {"name": self.name, "input": vectors, "config": dict(self.config)}
+        output = self._ask("Evaluate", payload).get("output")
         try:
             vectors = [np.array(vector, dtype=float) for vector in output or ()]
         except (TypeError, ValueError):
@@ -177,10 +177,10 @@ class UMBridgeModel(OneByOne):
             return xr.DataArray(values[:, 0], [("output", names)])
         return xr.DataArray(values, dims=("output", "entry"), coords={"output": names})
 
-    def _ask(self, path: str, asked: dict[str, Any] | None = None) -> dict[str, Any]:
+    def _ask(self, path: str, payload: dict[str, Any] | None = None) -> dict[str, Any]:
         """Return the answer of the server; raise `ModelError` if it is an error, or none."""
         url = f"{self.url.rstrip('/')}/{path}"
-        data = None if asked is None else json.dumps(asked).encode()
+        data = None if payload is None else json.dumps(payload).encode()
         request = urllib.request.Request(url, data, {"Content-Type": "application/json"})
         try:
             with urllib.request.urlopen(request, timeout=self.time_limit) as answer:
@@ -199,8 +199,8 @@ class UMBridgeModel(OneByOne):
             raise ModelError(f"{self.name} of {self.url} reports {content['error']}")
         return content
 
-    def _sizes(self, path: str, asked: dict[str, Any]) -> tuple[int, ...]:
-        sizes = self._ask(path, asked).get(f"{path[0].lower()}{path[1:]}")
+    def _sizes(self, path: str, payload: dict[str, Any]) -> tuple[int, ...]:
+        sizes = self._ask(path, payload).get(f"{path[0].lower()}{path[1:]}")
         if not isinstance(sizes, list) or not all(type(n) is int and n > 0 for n in sizes):
             raise ModelError(
                 f"{self.url} must return /{path} as whole numbers; got {value_text(sizes)}"

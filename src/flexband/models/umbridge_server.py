@@ -71,7 +71,7 @@ class _Offered:
             )
         return result.reshape(-1, result.shape[-1])
 
-    def answer(self, path: str, asked: dict[str, Any]) -> dict[str, Any]:
+    def answer(self, path: str, payload: dict[str, Any]) -> dict[str, Any]:
         """Return the answer to a request; raise `_RefusedError` if it breaks the protocol."""
         if path == "Info":
             return {"protocolVersion": PROTOCOL, "models": [self.name]}
@@ -81,25 +81,25 @@ class _Offered:
             },
             "InputSizes": lambda: {"inputSizes": [self.input_size]},
             "OutputSizes": lambda: {"outputSizes": self.output_sizes},
-            "Evaluate": lambda: {"output": self.evaluated(asked)},
+            "Evaluate": lambda: {"output": self.evaluated(payload)},
         }
         if path not in (*answers, *UNSUPPORTED):
             raise _RefusedError("UnsupportedFeature", f"there is no /{path}", 404)
-        if asked.get("name") != self.name:
+        if payload.get("name") != self.name:
             raise _RefusedError(
-                "ModelNotFound", f"the model is {self.name!r}; got {asked.get('name')!r}"
+                "ModelNotFound", f"the model is {self.name!r}; got {payload.get('name')!r}"
             )
         if path in UNSUPPORTED:
             raise _RefusedError("UnsupportedFeature", f"{path} is not supported")
-        if asked.get("config"):
+        if payload.get("config"):
             raise _RefusedError(
-                "InvalidInput", f"config must be empty; got {value_text(asked['config'])}"
+                "InvalidInput", f"config must be empty; got {value_text(payload['config'])}"
             )
         return answers[path]()
 
-    def evaluated(self, asked: dict[str, Any]) -> list[list[float]]:
+    def evaluated(self, payload: dict[str, Any]) -> list[list[float]]:
         """Return the output vectors of a request."""
-        vectors = asked.get("input")
+        vectors = payload.get("input")
         if not isinstance(vectors, list) or [_length(v) for v in vectors] != [self.input_size]:
             raise _RefusedError(
                 "InvalidInput",
@@ -144,10 +144,10 @@ class _Handler(LimitedHandler):
 
     def do_POST(self) -> None:  # noqa: N802
         text = self.headers.get("Content-Length", "0")
-        most = self.limits.body
-        size = int(text) if text.isdecimal() and len(text) < 10 else most + 1
-        if size > most:
-            message = f"Content-Length must be {most} or less; got {text}"
+        max_size = self.limits.body
+        size = int(text) if text.isdecimal() and len(text) < 10 else max_size + 1
+        if size > max_size:
+            message = f"Content-Length must be {max_size} or less; got {text}"
             self._refuse_unread(413, value_text(message))
             return
         with self.bodies.taken(size) as granted:
@@ -165,15 +165,15 @@ class _Handler(LimitedHandler):
         try:
             self._check_host()
             try:
-                asked = json.loads(self.rfile.read(size) or "{}")
+                payload = json.loads(self.rfile.read(size) or "{}")
             except (ValueError, RecursionError) as error:
                 raise _RefusedError("InvalidInput", f"the request must be JSON: {error}") from None
-            if not isinstance(asked, dict):
+            if not isinstance(payload, dict):
                 raise _RefusedError(
-                    "InvalidInput", f"the request must be an object; got {value_text(asked)}"
+                    "InvalidInput", f"the request must be an object; got {value_text(payload)}"
                 )
             status = 200
-            answer = self.offered.answer(self.path.strip("/"), asked)
+            answer = self.offered.answer(self.path.strip("/"), payload)
         except _RefusedError as error:
             status = error.status
             answer = {"error": {"type": error.kind, "message": str(error)}}

@@ -60,9 +60,11 @@ class CollectedRemark:
 
     def joined(self, other: CollectedRemark) -> CollectedRemark:
         """Return the worse of two, with the runs of both."""
-        known = [not math.isnan(each.worst.size) for each in (self, other)]
+        has_size = [not math.isnan(remark.worst.size) for remark in (self, other)]
         worse = (
-            other if known[1] and not (known[0] and self.worst.size >= other.worst.size) else self
+            other
+            if has_size[1] and not (has_size[0] and self.worst.size >= other.worst.size)
+            else self
         )
         return replace(worse, runs=self.runs + other.runs)
 
@@ -93,7 +95,7 @@ def remarks_of(*attributes: Mapping[Any, Any]) -> tuple[CollectedRemark, ...]:
 
     The attribute is a list of texts, each a `CollectedRemark` as JSON.
     """
-    texts = (text for each in attributes for text in each.get("remarks", ()))
+    texts = (text for attrs in attributes for text in attrs.get("remarks", ()))
     return collected(CollectedRemark.from_json(json.loads(text)) for text in texts)
 
 

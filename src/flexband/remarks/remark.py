@@ -106,21 +106,21 @@ class Remark:
 
     def touches(self, output: str) -> bool:
         """Return whether it puts an output in doubt; "" is the only one of a response."""
-        named = output in self.outputs or (self.outputs and not output)
+        names_output = output in self.outputs or (self.outputs and not output)
         match self.kind.doubted:
             case Doubted.NAMED:
-                return bool(named)
+                return bool(names_output)
             case Doubted.ALL:
-                return bool(named or not self.outputs)
+                return bool(names_output or not self.outputs)
             case _:
                 return False
 
     def as_json(self) -> dict[str, Any]:
         """Return it as plain data, without the sample; numbers that are NaN are left out."""
-        every = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "sample"}
+        field_values = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "sample"}
         return {
             name: list(value) if isinstance(value, tuple) else value
-            for name, value in every.items()
+            for name, value in field_values.items()
             if not (isinstance(value, float) and math.isnan(value)) and value not in ("", ())
         }
 

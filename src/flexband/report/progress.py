@@ -88,8 +88,8 @@ def progress_bar(name: str = "runs") -> Iterator[Progress]:
 def _told(done: int, total: int, *, with_limit: bool = False) -> str:
     """Return how many runs are done, and of how many, or at most per discretization."""
     budget = Budget.from_total(total)
-    if budget.each:
-        limit = f", at most {budget.each} with the same step and elements"
+    if budget.per_level:
+        limit = f", at most {budget.per_level} with the same step and elements"
         return f"{number_of(done, 'run')} so far{limit * with_limit}"
     return f"{done} of {('at most ' if not budget.exact else '')}{number_of(total, 'run')}"
 
@@ -104,7 +104,7 @@ class _Bar(ProgressListener):
         self.task = bars.add_task(printable(name), total=None, told="")
 
     def __call__(self, done: int, total: int) -> None:
-        bar_total = None if Budget.from_total(total).each else total
+        bar_total = None if Budget.from_total(total).per_level else total
         self.text = _told(done, total)
         if done >= total and total is bar_total:
             self.now = ""
@@ -162,7 +162,7 @@ class _Lines(ProgressListener):
         measured = 5.0
         begin, before = self.measured or (now, done)
         budget = Budget.from_total(total)
-        if budget.each or done == before or now < begin + measured:
+        if budget.per_level or done == before or now < begin + measured:
             return ""
         seconds = (now - begin) / (done - before) * (total - done)
         return f", {'about' if budget.exact else 'at most'} {duration(seconds)} left"

@@ -181,11 +181,11 @@ def times_of_window(
     return times
 
 
-def curve(name: str, bound: Bound, output_labels: xr.DataArray, free: float) -> np.ndarray:
-    """Return a bound at all values of an output, of its shape; `free` if there is none."""
+def curve(name: str, bound: Bound, output_labels: xr.DataArray, fill_value: float) -> np.ndarray:
+    """Return a bound at all values of an output, of its shape; `fill_value` if there is none."""
     shape = output_labels.shape[1:]
     if bound is None:
-        return np.full(shape, free)
+        return np.full(shape, fill_value)
     if isinstance(bound, xr.DataArray):
         return _align_curve(name, bound, output_labels)
     if callable(bound):
@@ -225,6 +225,6 @@ def _align_curve(name: str, bound: xr.DataArray, output_labels: xr.DataArray) ->
                 same = np.allclose(*pair, rtol=0, atol=1e-9 * np.abs(pair[0]).max(initial=0))
         if not same:
             raise InputError(f"{name} must have the values of {dim!r} that the output has")
-    missing = [dim for dim in output_labels.dims[1:] if dim not in bound.dims]
-    values = bound.expand_dims(missing).transpose(*output_labels.dims[1:]).values
+    missing_dims = [dim for dim in output_labels.dims[1:] if dim not in bound.dims]
+    values = bound.expand_dims(missing_dims).transpose(*output_labels.dims[1:]).values
     return np.broadcast_to(values, output_labels.shape[1:])

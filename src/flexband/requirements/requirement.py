@@ -82,6 +82,7 @@ class Requirement:
     nominal: Mapping[str, xr.DataArray] | None = None
 
     def __post_init__(self) -> None:
+        # Check the texts.
         for field in ("name", "identifier", "source", "unit"):
             check_instance(f"Requirement {field}", getattr(self, field), str, "a text")
         if not self.name.strip():
@@ -91,11 +92,12 @@ class Requirement:
         check_instance(f"{self.label} criterion", self.criterion, Criterion, "WorstCase(3.0)")
         if self.unit:
             unit_of(f"{self.label} unit", self.unit)
+        # Check the bounds, and that they leave room between them.
         if self.within is not None:
             self._check_within(self.within)
         elif self.below is None and self.above is None:
-            more = "" if self.label == "Limit" else ", or within"
-            raise InputError(f"{self.label} must have below, above or both{more}; got none")
+            within_hint = "" if self.label == "Limit" else ", or within"
+            raise InputError(f"{self.label} must have below, above or both{within_hint}; got none")
         elif not (isinstance(self.of, str) and self.of == NOMINAL):
             raise InputError(f"{self.label} of requires within, half the width of the band")
         for end in ("below", "above"):
@@ -104,6 +106,7 @@ class Requirement:
         ends = self.above, self.below
         if not any(isinstance(end, xr.DataArray) or callable(end) for end in ends):
             self._check_ends(*(np.asarray(np.nan if e is None else e) for e in ends))
+        # Check the window.
         if self.during is not None:
             first, last = map(float, check_numbers(f"{self.label} during", self.during, 2))
             if first > last:
@@ -113,7 +116,7 @@ class Requirement:
             object.__setattr__(self, "during", (first, last))
 
     def __repr__(self) -> str:
-        given = [
+        arguments = [
             f"{field.name}={value!r}"
             for field in fields(self)[1:]
             if field.name not in ("criterion", "nominal")
@@ -121,8 +124,8 @@ class Requirement:
             and not (isinstance(value, str) and value in ("", NOMINAL))
         ]
         if self.criterion != WorstCase():
-            given.append(f"criterion={self.criterion!r}")
-        return f"Requirement({', '.join([repr(self.name), *given])})"
+            arguments.append(f"criterion={self.criterion!r}")
+        return f"Requirement({', '.join([repr(self.name), *arguments])})"
 
     def __str__(self) -> str:
         """Return the requirement in words: wiper angle (nominal ± 0.5°).
@@ -215,7 +218,9 @@ class Requirement:
         if self.during is not None:
             times = times_of_window(self.label, self.during, output_labels)
         ends = self._ends(output_labels, case, self.scale(output_labels))
-        curves = np.stack([np.full(labels.shape[1:], free) for free in (-np.inf, np.inf)])
+        curves = np.stack(
+            [np.full(labels.shape[1:], fill_value) for fill_value in (-np.inf, np.inf)]
+        )
         curves[(slice(None), *where)] = ends
         corridor = Corridor(name, curves, where, window, times)
         self._check_ends(corridor.lower[where], corridor.upper[where])
@@ -243,8 +248,8 @@ class Requirement:
         """Return the lower and the upper bound of an output, of its shape, in its unit."""
         if self.within is None:
             low, high = (
-                scale * curve(f"{self.label} {end}", getattr(self, end), output_labels, free)
-                for end, free in (("above", -np.inf), ("below", np.inf))
+                scale * curve(f"{self.label} {end}", getattr(self, end), output_labels, fill_value)
+                for end, fill_value in (("above", -np.inf), ("below", np.inf))
             )
             return low, high
         if not isinstance(self.of, str):
@@ -255,10 +260,10 @@ class Requirement:
                 "requirement.around(study.nominal())"
             )
         else:
-            known = self.nominal.get(case, self.nominal.get(""))
-            if known is None:
+            nominal_curve = self.nominal.get(case, self.nominal.get(""))
+            if nominal_curve is None:
                 raise InputError(f"{self.label} nominal must have that of {case}")
-            middle = curve(f"{self.label} nominal", known, output_labels, np.nan)
+            middle = curve(f"{self.label} nominal", nominal_curve, output_labels, np.nan)
         half = scale * self.within
         return middle - half, middle + half
 
@@ -332,8 +337,8 @@ Requirements = Requirement | Sequence[Requirement]
 def several(requirements: Requirements, name: str = "limits") -> tuple[Requirement, ...]:
     """Return a requirement, or several, as a tuple; raise `InputError` if they are none."""
     sequence = [requirements] if isinstance(requirements, Requirement) else requirements
-    listed = isinstance(sequence, Sequence)
-    if not listed or not all(isinstance(each, Requirement) for each in sequence):
+    is_sequence = isinstance(sequence, Sequence)
+    if not is_sequence or not all(isinstance(requirement, Requirement) for requirement in sequence):
         kind = "a Limit" if name == "limits" else "a Requirement"
         raise InputError(f"{name} must be {kind} or a list of them; got {value_text(requirements)}")
     return tuple(sequence)
@@ -341,24 +346,27 @@ def several(requirements: Requirements, name: str = "limits") -> tuple[Requireme
 
 def by_name(requirements: Requirements) -> dict[str, Requirement]:
     """Return requirements by their words; raise `InputError` if there is none."""
-    named: dict[str, Requirement] = {}
+    requirement_by_name: dict[str, Requirement] = {}
     for requirement in (sequence := several(requirements)):
         name = str(requirement)
         count = 2
-        while name in named:
+        while name in requirement_by_name:
             name = f"{requirement} ({count})"
             count = count + 1
-        named[name] = requirement
+        requirement_by_name[name] = requirement
     if not sequence:
         raise InputError(
             f"limits must be a Limit or a list of them; got {value_text(requirements)}"
         )
-    return named
+    return requirement_by_name
 
 
 def corridors(
     requirements: Requirements, labels: xr.DataArray, case: str = ""
 ) -> dict[str, Corridor]:
     """Return the corridor of each requirement, in words; raise `InputError` if one does not fit."""
-    named = by_name(requirements)
-    return {name: requirement.corridor(labels, case) for name, requirement in named.items()}
+    requirement_by_name = by_name(requirements)
+    return {
+        name: requirement.corridor(labels, case)
+        for name, requirement in requirement_by_name.items()
+    }

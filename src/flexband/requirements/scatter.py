@@ -148,14 +148,14 @@ def scattering_tolerances(scatter: Scatter | None, space: Space) -> ScatteringTo
 
 
 def _within(
-    name: str, given: Distribution | Capability | Correlated, tolerances: Mapping[str, Interval]
+    name: str, scatter: Distribution | Capability | Correlated, tolerances: Mapping[str, Interval]
 ) -> Distribution | Correlated:
     kinds = Distribution | Capability | Correlated
-    check_instance(f"scatter[{name!r}]", given, kinds, "fb.Uniform(0.9, 1.1)")
-    if not isinstance(given, Capability):
-        return given
+    check_instance(f"scatter[{name!r}]", scatter, kinds, "fb.Uniform(0.9, 1.1)")
+    if not isinstance(scatter, Capability):
+        return scatter
     check_option("a name in scatter", name, tolerances)
-    return given.within(tolerances[name])
+    return scatter.within(tolerances[name])
 
 
 def _check_support(name: str, distribution: Input, interval: Interval) -> None:

@@ -142,12 +142,12 @@ def allowed_share(criterion: Criterion) -> float:
 
 def _plain(value: Any) -> Any:
     if isinstance(value, tuple | list):
-        return [_plain(each) for each in value]
+        return [_plain(entry) for entry in value]
     return None if isinstance(value, float) and math.isnan(value) else value
 
 
 def worst_of(verdicts: Iterable[RequirementVerdict]) -> Verdict:
     """Return FAIL if one fails, else UNDECIDED if one is, else PASS."""
-    every = {verdict.verdict for verdict in verdicts}
+    outcomes = {verdict.verdict for verdict in verdicts}
     order = Verdict.FAIL, Verdict.UNDECIDED
-    return next((verdict for verdict in order if verdict in every), Verdict.PASS)
+    return next((verdict for verdict in order if verdict in outcomes), Verdict.PASS)

@@ -140,7 +140,7 @@ class StudyProgress(ProgressListener):
         """Take progress: the first call comes when the store has been opened."""
         self.bar(done, total)
         budget = Budget.from_total(total)
-        per_discretization = budget.each
+        per_discretization = budget.per_level
         is_upper_bound = not budget.exact
         done = self.before + done
         total = self.before + total

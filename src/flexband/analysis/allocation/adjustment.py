@@ -130,12 +130,14 @@ class Adjusted:
         def margin(places: np.ndarray, _: np.ndarray) -> np.ndarray:
             return self.best(placed(places))[0]
 
+        # Scan the other inputs, and descend from the places where margins are smallest.
         values = margin(points, points)
         starts = np.unique(local_minima(values[:, None], beside, options.starts))
         which = np.zeros(len(starts), int)
         gain = np.full(len(starts), options.tolerance)
         _, minima = descend(margin, which, points[starts], values[starts], gain)
         _, eta = self.best(placed(np.concatenate([points, minima])))
+        # Take the smallest margin of each series and side over all these places.
         bars = self._bars(eta)
         margins = SIGNS[:, None] * (bars - self.bounds)
         row = margins.argmin(axis=0)
@@ -145,6 +147,7 @@ class Adjusted:
     def best(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the least margin at η, (points,), and η with the best compensators."""
         columns = list(self.columns)
+        # Try a grid first, then the neighbours of the best point with smaller and smaller steps.
         first = lobatto(self.options.first_points)
         shrinkage = self.options.shrinkages[len(columns) - 1]
         grid = np.array(list(product(first, repeat=len(columns))))
@@ -155,14 +158,14 @@ class Adjusted:
         step = float(np.diff(first).max())
         trials = np.tile(grid, (len(eta), 1, 1))
         while True:
-            tried = np.repeat(best[:, None], trials.shape[1], axis=1)
-            tried[..., columns] = trials
-            margins = self._least(tried.reshape(-1, self.m)).reshape(len(eta), -1)
+            candidates = np.repeat(best[:, None], trials.shape[1], axis=1)
+            candidates[..., columns] = trials
+            margins = self._least(candidates.reshape(-1, self.m)).reshape(len(eta), -1)
             at = margins.argmax(axis=1)
             better = np.take_along_axis(margins, at[:, None], axis=1)[:, 0] > values
             rows = np.flatnonzero(better)
             values[rows] = margins[rows, at[rows]]
-            best[rows] = tried[rows, at[rows]]
+            best[rows] = candidates[rows, at[rows]]
             step *= shrinkage
             if step < self.options.last_step:
                 return values, best

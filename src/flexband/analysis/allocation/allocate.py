@@ -141,9 +141,10 @@ def allocate(
     options = {"store": store, "executor": executor}
     if probability is not None:
         check_no_play(surrogate.space, "allocate with a probability")
-        stated = checked_probability(probability, tolerances)
-        chance = Chance(surrogate, tolerances, list(limit_corridors.values()), stated)
+        max_probability = checked_probability(probability, tolerances)
+        chance = Chance(surrogate, tolerances, list(limit_corridors.values()), max_probability)
         return allocated_by_chance(chance, response, options)
+    # Without a probability: search at the worst places, and confirm with runs if there are any.
     worst = WorstCaseBounds.from_surrogate(surrogate, tolerances, corridor, k)
     check_feasible(surrogate, worst, limit_corridors)
     search = cheapest_grades if tolerances.grades else cheapest

@@ -75,7 +75,7 @@ class ExceedanceEstimate:
     x: np.ndarray  # the search's variables
     place: np.ndarray  # in the box of the tolerances, (m,)
     estimate: Estimate  # the probability there
-    known: Rare  # rare samples there, of the narrower inputs
+    rare_samples: Rare  # rare samples there, of the narrower inputs
     noise: float  # of the search for the place, as in `Estimate`
     exact: bool  # whether the expected error of the surrogate is negligible
 
@@ -95,25 +95,31 @@ class Chance:
         (low, high), options = self.tolerances.bounds, self.options
         best: ExceedanceEstimate | None = None
         now = self.left(x)
-        watched: list[np.ndarray] = []
+        recent_places: list[np.ndarray] = []
         for k in range(options.max_rounds):
             now = self.left(x) if k else now
-            enough = now.estimate.confidence()[1] <= self.probability
-            if enough and (best is None or self._cost(x) < self._cost(best.x)):
-                saved = np.inf if best is None else self._cost(best.x) - self._cost(x)
+            is_feasible = now.estimate.confidence()[1] <= self.probability
+            if is_feasible and (best is None or self._cost(x) < self._cost(best.x)):
+                saving = np.inf if best is None else self._cost(best.x) - self._cost(x)
                 best = now
             else:
-                saved = 0.0 if enough else np.inf
-            if enough and (saved < options.min_saving * abs(self._cost(x)) or np.all(x >= high)):
+                saving = 0.0 if is_feasible else np.inf
+            if is_feasible and (
+                saving < options.min_saving * abs(self._cost(x)) or np.all(x >= high)
+            ):
                 break
-            if not len(now.known.u):  # nothing leaves the limits
+            if not len(now.rare_samples.u):  # nothing leaves the limits
                 is_tolerance = np.arange(len(x)) < len(self.tolerances.names)
                 x = np.clip(x + options.trust * is_tolerance, low, high)
                 continue
-            apart = [np.abs(place - now.place).max(initial=0) for place in watched]
-            others = [p for p, d in zip(watched, apart, strict=True) if d > options.same_distance]
-            watched = [now.place, *others][: options.max_places]
-            x = self._searched(now, watched)
+            distances = [np.abs(place - now.place).max(initial=0) for place in recent_places]
+            distinct_places = [
+                p
+                for p, d in zip(recent_places, distances, strict=True)
+                if d > options.same_distance
+            ]
+            recent_places = [now.place, *distinct_places][: options.max_places]
+            x = self._searched(now, recent_places)
         if best is None:
             text = f"{now.estimate.probability:.3g} with {self.tolerances.values(x)}"
             raise InputError(
@@ -129,17 +135,19 @@ class Chance:
         space = self.surrogate.space
         n = space.random_dimension
         m = space.interval_dimension
-        eta, known, noise, _ = ends(state, n, m, rng, options=self.options.ends)
-        place_estimate = self._estimate(state, eta[1], known[1], rng)
+        eta, rare_samples, noise, _ = ends(state, n, m, rng, options=self.options.ends)
+        place_estimate = self._estimate(state, eta[1], rare_samples[1], rng)
         exact = is_judged(self.surrogate) and state.exact
-        return ExceedanceEstimate(x, eta[1], place_estimate, known[1], float(noise[1]), exact)
+        return ExceedanceEstimate(
+            x, eta[1], place_estimate, rare_samples[1], float(noise[1]), exact
+        )
 
     def _estimate(
-        self, state: LimitState, eta: np.ndarray, known: Rare, rng: np.random.Generator
+        self, state: LimitState, eta: np.ndarray, rare_samples: Rare, rng: np.random.Generator
     ) -> Estimate:
         accuracy = self.options.accuracy
         importance = self.options.ends.importance
-        return estimate(state, state, eta, known, accuracy, rng, options=importance)
+        return estimate(state, state, eta, rare_samples, accuracy, rng, options=importance)
 
     @property
     def series(self) -> np.ndarray:
@@ -158,18 +166,20 @@ class Chance:
         n = space.random_dimension
         m = space.interval_dimension
         rng = np.random.default_rng(1)
-        first = Place(solution.place, solution.known, solution.noise)
-        searched = with_missed(state, model, n, m, rng)
+        first = Place(solution.place, solution.rare_samples, solution.noise)
+        search_state = with_missed(state, model, n, m, rng)
         options = self.options
-        judged = corrected_at_worst(
-            state, searched, model, {1: first}, options.accuracy, rng, options.ends
+        corrections = corrected_at_worst(
+            state, search_state, model, {1: first}, options.accuracy, rng, options.ends
         )
-        _, correction = judged[1]
+        _, correction = corrections[1]
         return replace(correction, runs=correction.runs + model.first_runs)
 
     def elasticity(self, solution: ExceedanceEstimate) -> np.ndarray:
         """Return ∂ ln P / ∂ ln t of every tolerance t, (variables,); of sizes by η."""
-        return self._slope(self._function(solution.x, solution.place, solution.known), solution.x)
+        return self._slope(
+            self._function(solution.x, solution.place, solution.rare_samples), solution.x
+        )
 
     def _cost(self, x: np.ndarray) -> float:
         return float(self.tolerances.cost(x).sum())
@@ -184,20 +194,22 @@ class Chance:
         x = now.x
         state = self._narrow(now.x)
         rng = np.random.default_rng(0)
+        # Make a smooth function of each place, and its offset from the estimated probability.
         functions = []
         offsets = []
         for k, place in enumerate(places):
-            known = now.known
+            rare_samples = now.rare_samples
             result = now.estimate
             if k:
                 subset = self.options.ends.importance.subset
-                n = now.known.u.shape[1]
-                known = rare(partial(state.least, eta=place), n, rng, options=subset)
-                if not len(known.u):
+                n = now.rare_samples.u.shape[1]
+                rare_samples = rare(partial(state.least, eta=place), n, rng, options=subset)
+                if not len(rare_samples.u):
                     continue
-                result = self._estimate(state, place, known, rng)
-            functions.append(self._function(x, place, known))
+                result = self._estimate(state, place, rare_samples, rng)
+            functions.append(self._function(x, place, rare_samples))
             offsets.append(functions[-1](x) - np.log(max(result.probability, 1e-300)))
+        # Minimize the cost within the trust region.
         aim = np.log(self.options.aim * self.probability) + np.array(offsets)
         (low, high), count = self.tolerances.bounds, len(self.tolerances.names)
         is_tolerance = np.arange(len(x)) < count
@@ -226,7 +238,7 @@ class Chance:
         return np.array([difference / (2 * step) for difference in differences])
 
     def _function(
-        self, x: np.ndarray, place: np.ndarray, known: Rare
+        self, x: np.ndarray, place: np.ndarray, rare_samples: Rare
     ) -> Callable[[np.ndarray], float]:
         """Return the logarithm of the smoothed probability at a place, as a function of x."""
         tolerances, rng, start = self.tolerances, np.random.default_rng(0), self._start
@@ -239,15 +251,17 @@ class Chance:
         def least(u: np.ndarray) -> np.ndarray:
             return start.least(self._old(u, x), eta(x))
 
-        usual = least(rng.standard_normal((count, known.u.shape[1]))).std()
+        usual = least(rng.standard_normal((count, rare_samples.u.shape[1]))).std()
         width = options.ends.smoothing * max(float(usual), 1e-12)
-        mixture = mixture_around(least, known.u, rng, options=options.ends.importance)
+        mixture = mixture_around(least, rare_samples.u, rng, options=options.ends.importance)
         u = mixture.sample(count, rng)
         weights = np.log(mixture.weights(u)) - np.log(count)
         shifts = (-options.trust, 0.0, options.trust)
         moving = [self._old(u, tolerances.tighter(x, by)) for by in shifts]
-        near = np.tile(eta(x), (3 * count, 1))
-        state = start.at(start.deciding(np.concatenate(moving), near, options.ends.slack * usual))
+        eta_rows = np.tile(eta(x), (3 * count, 1))
+        state = start.at(
+            start.deciding(np.concatenate(moving), eta_rows, options.ends.slack * usual)
+        )
 
         def function(at: np.ndarray) -> float:
             margins = state.least(self._old(u, at), eta(at))

@@ -41,7 +41,7 @@ class ConfirmationOptions:
     """Interval variables up to which vertices are run."""
     agreement: float = 3e-6
     """Part of the scale up to which surrogate and runs agree."""
-    near: float = 0.02
+    margin_tolerance: float = 0.02
     """Part of the scale up to which the margin of a run counts as the least."""
     looser: float = 3.0
     """Expected errors by which limits are made looser at most."""
@@ -57,7 +57,7 @@ class Confirmed:
     shift: np.ndarray  # by how much the search made limits tighter, or looser, (2, series)
     run_margins: np.ndarray  # of the last runs at the binding points, NaN without, (points,)
     runs: int = 0
-    kept: bool = False  # whether the last runs keep the limits
+    feasible: bool = False  # whether the last runs keep the limits
     inferred: bool = False  # whether μ ± kσ keeps some of them by the surrogate alone
     changed: bool = False  # whether the runs have moved the tolerances
 
@@ -76,48 +76,54 @@ def confirm_tolerances(
     loosest = 0.0 * worst.scale if error is None else -options.looser * error.ravel()[worst.numbers]
     shift = np.zeros(worst.bounds.shape)
     runs = 0
-    kept = True
+    feasible = True
     inside = np.zeros(0, bool)
     run_margins = np.zeros(0)
     first = allocated.x
     for k in range(options.max_rounds):
         points = allocated.points
         if not len(points):
-            return Confirmed(allocated, shift, np.zeros(0), runs, kept=True)
+            return Confirmed(allocated, shift, np.zeros(0), runs, feasible=True)
         run_margins = np.full(len(points), np.nan)
         narrow = surrogate.narrowed(**worst.tolerances.inputs(allocated.x))
         order = np.argsort(-allocated.multipliers, kind="stable")[: options.max_runs]
         xi, eta, owner = _run_points(narrow, worst, allocated, order, options.difference)
-        further = _doubtful(worst, allocated, shift, -loosest, eta, options)
-        eta = np.concatenate([eta, further])
-        xi = np.concatenate([xi, np.zeros((len(further), xi.shape[1]))])
+        vertices = _doubtful(worst, allocated, shift, -loosest, eta, options)
+        eta = np.concatenate([eta, vertices])
+        xi = np.concatenate([xi, np.zeros((len(vertices), xi.shape[1]))])
         responses = runs_of(narrow, "", lambda *_: None)((xi, eta)).values
         assert responses is not None
         at_points = narrow.standard(xi, eta)
-        values, missed = (
+        values, discrepancies = (
             array.reshape(len(xi), -1)[:, worst.numbers]
             for array in (at_points, responses.values - at_points)
         )
         runs += len(xi)
-        missed = SIGNS[:, None] * missed[:, None]  # how much larger margins of the run are
+        discrepancies = (
+            SIGNS[:, None] * discrepancies[:, None]
+        )  # how much larger margins of the run are
         margins = worst.margins(values[:, None])
         at = owner, points.side[order], points.series[order]
         bars = worst.values(allocated.x[None], points.select(order))[0]
-        run = margins[at] + missed[at]
-        inside = (margins[at] > bars + options.near * worst.scale[at[2]]) & (run >= 0)
-        run_margins[order] = np.where(inside, run, bars + missed[at])
-        kept = np.all(run_margins[order] >= 0)
+        run = margins[at] + discrepancies[at]
+        inside = (margins[at] > bars + options.margin_tolerance * worst.scale[at[2]]) & (run >= 0)
+        run_margins[order] = np.where(inside, run, bars + discrepancies[at])
+        feasible = np.all(run_margins[order] >= 0)
         if not surrogate.space.random_dimension:
-            kept = kept and np.all(margins + missed >= 0)
-        new = np.maximum(_shift_margins(worst, allocated, shift, margins, missed, options), loosest)
-        moved = np.abs(new - shift)[at[1:]]
-        agree = np.all(moved <= options.agreement * worst.scale[at[2]])
-        if (kept and agree) or k == options.max_rounds - 1:
+            feasible = feasible and np.all(margins + discrepancies >= 0)
+        new = np.maximum(
+            _shift_margins(worst, allocated, shift, margins, discrepancies, options), loosest
+        )
+        shift_changes = np.abs(new - shift)[at[1:]]
+        agree = np.all(shift_changes <= options.agreement * worst.scale[at[2]])
+        if (feasible and agree) or k == options.max_rounds - 1:
             break
         shift = new
         allocated = search(worst.tightened(shift), allocated.watched, allocated.x)
     changed = not np.allclose(allocated.x, first, rtol=1e-6, atol=0.0)
-    return Confirmed(allocated, shift, run_margins, runs, bool(kept), bool(np.any(inside)), changed)
+    return Confirmed(
+        allocated, shift, run_margins, runs, bool(feasible), bool(np.any(inside)), changed
+    )
 
 
 def _run_points(
@@ -142,8 +148,10 @@ def _run_points(
         slope = up - down
         size = np.linalg.norm(slope)
         u[k] = -SIGNS[points.side[k]] * worst.sigmas * slope / size if size else 0.0
-    both = np.concatenate([u, points.places], axis=1)
-    _, first, owner = np.unique(both.round(6), axis=0, return_index=True, return_inverse=True)
+    coordinates = np.concatenate([u, points.places], axis=1)
+    _, first, owner = np.unique(
+        coordinates.round(6), axis=0, return_index=True, return_inverse=True
+    )
     return of_normals(u[first], narrow.space.families), points.places[first], owner.ravel()
 
 
@@ -152,25 +160,25 @@ def _doubtful(
     allocated: Allocated,
     shift: np.ndarray,
     error: np.ndarray,
-    known: np.ndarray,
+    run_places: np.ndarray,
     options: ConfirmationOptions,
 ) -> np.ndarray:
     """Return vertices at which the surrogate may be wrong about the limits, (places, m).
 
-    `error` is what it may miss, (series,), and `known` are places of runs in any case.
+    `error` is what it may miss, (series,), and `run_places` are places of runs in any case.
     """
     tolerances = worst.tolerances
-    m = known.shape[1]
+    m = run_places.shape[1]
     if worst.sigmas or tolerances.compensators or m > options.max_variables:
         return np.zeros((0, m))
     vertices = np.array(list(product((-1.0, 1.0), repeat=m))).reshape(2**m, m)
     eta = tolerances.center(allocated.x) + tolerances.radius(allocated.x) * vertices
     margins = worst.margins(worst.bars_at(eta, allocated.x)) - shift - error
-    least = (margins / worst.scale).min(axis=(1, 2))
-    distance = np.abs(vertices[:, None] - known).max(axis=2).min(axis=1, initial=np.inf)
-    least[distance < SAME] = np.inf
-    order = np.argsort(least, kind="stable")[: options.max_runs]
-    return vertices[order[least[order] < 0]]
+    smallest_margins = (margins / worst.scale).min(axis=(1, 2))
+    distance = np.abs(vertices[:, None] - run_places).max(axis=2).min(axis=1, initial=np.inf)
+    smallest_margins[distance < SAME] = np.inf
+    order = np.argsort(smallest_margins, kind="stable")[: options.max_runs]
+    return vertices[order[smallest_margins[order] < 0]]
 
 
 def _shift_margins(
@@ -178,14 +186,17 @@ def _shift_margins(
     allocated: Allocated,
     shift: np.ndarray,
     margins: np.ndarray,
-    missed: np.ndarray,
+    discrepancies: np.ndarray,
     options: ConfirmationOptions,
 ) -> np.ndarray:
     """Return new shifts, from margins and what they miss of runs, (runs, 2, series)."""
     shift = shift.copy()
-    near = margins - shift < allocated.margins + options.near * worst.scale
-    use = np.isfinite(worst.bounds) & (near | (margins + missed < 0))
-    run_margins = np.where(use, margins + missed, np.inf)
+    is_worst = margins - shift < allocated.margins + options.margin_tolerance * worst.scale
+    use = np.isfinite(worst.bounds) & (is_worst | (margins + discrepancies < 0))
+    run_margins = np.where(use, margins + discrepancies, np.inf)
     run = run_margins.argmin(axis=0)
-    new = -np.take_along_axis(missed, run[None], axis=0)[0] + 0.25 * options.agreement * worst.scale
+    new = (
+        -np.take_along_axis(discrepancies, run[None], axis=0)[0]
+        + 0.25 * options.agreement * worst.scale
+    )
     return np.where(use.any(axis=0), new, shift)

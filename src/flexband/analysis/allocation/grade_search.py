@@ -46,8 +46,8 @@ def cheapest_grades(
             points = points.with_new(violated)
         if not len(violated):
             return with_binding_places(worst, x, points, with_multipliers=False)
-        each = (violated.select(np.array([k])) for k in range(len(violated)))
-        cuts += [_cut(worst, point, x, logs, negative) for point in each]
+        single_points = (violated.select(np.array([k])) for k in range(len(violated)))
+        cuts += [_cut(worst, point, x, logs, negative) for point in single_points]
     raise InputError(f"limits: no grades that keep them were found in {max_rounds} rounds")
 
 

@@ -39,11 +39,11 @@ def check_feasible(
     bound = worst.bounds[side, series]
     name = limit_at(limits, side, number, bound)
     tolerances = worst.tolerances
-    least = ", ".join(
-        f"{k} {t:.3g}" for k, t in zip(tolerances.names, tolerances.least, strict=True)
+    tolerance_text = ", ".join(
+        f"{k} {t:.3g}" for k, t in zip(tolerances.names, tolerances.smallest, strict=True)
     )
     text = (
-        f"{text}, even with the least tolerances ({least}): "
+        f"{text}, even with the least tolerances ({tolerance_text}): "
         f"{name} is violated by {violation:.4g}{moment(surrogate.labels, number)}"
     )
     raise InputError(f"{text}, {_reason(groups(surrogate), worst, side, series, violation)}")
@@ -66,21 +66,23 @@ def _reason(
         return worst.violation([k for name in fix for k in together[name]], side, series)
 
     nominal = violated(set(together))
-    enough = 1.01  # factor by which a violation due to inputs is larger than the nominal one
-    if violation <= enough * nominal:
+    min_factor = 1.01  # factor by which a violation due to inputs is larger than the nominal one
+    if violation <= min_factor * nominal:
         return "and so it is with all inputs at their nominal values"
     also = f"; {nominal:.4g} of it with all inputs at their nominal values" if nominal > 0 else ""
     costly = {name for name in together if name in worst.tolerances.costs}
-    alone = violated(costly)
-    least = (enough - 1) * violation
-    parts = {name: alone - violated(costly | {name}) for name in together.keys() - costly}
-    causes = [f"{k} ({v:.3g})" for k, v in sorted(parts.items(), key=lambda p: -p[1]) if v > least]
+    residual = violated(costly)
+    threshold = (min_factor - 1) * violation
+    parts = {name: residual - violated(costly | {name}) for name in together.keys() - costly}
+    causes = [
+        f"{k} ({v:.3g})" for k, v in sorted(parts.items(), key=lambda p: -p[1]) if v > threshold
+    ]
     if causes:
         return (
             "because of inputs without costs; each would lower the violation, without its "
             f"tolerance, by: {', '.join(causes)}{also}"
         )
-    if alone - nominal > least:
+    if residual - nominal > threshold:
         return (
             "because of inputs without costs, which violate it together, and none alone: "
             f"{', '.join(sorted(parts))}{also}"

@@ -77,8 +77,8 @@ def result_of(
     data |= {
         "contribution": (("name", "binding"), -allocation.gradients.T[: len(cost)]),
         "saving_at": ("binding", allocation.multipliers),
-        "saving": ("limit", [allocation.multipliers[some].sum() for some in of_limit]),
-        "shift": ("limit", [shift[some].max(initial=0.0) for some in of_limit]),
+        "saving": ("limit", [allocation.multipliers[mask].sum() for mask in of_limit]),
+        "shift": ("limit", [shift[mask].max(initial=0.0) for mask in of_limit]),
         "binding_limit": ("binding", names),
         "binding_side": ("binding", np.array(["above", "below"])[points.side]),
         "run_margin": ("binding", confirmation.run_margins),
@@ -128,22 +128,23 @@ def chance_result(
     narrow = chance.surrogate.narrowed(**tolerances.inputs(x))
     cost = tolerances.cost(x)
     slope = chance.elasticity(solution)
-    stated = _statement(chance, solution, by_runs=correction is not None)
+    statement = _statement(chance, solution, by_runs=correction is not None)
     data, coords = _of_names(tolerances, x, cost)
     data["elasticity"] = "name", slope[: len(cost)]
-    data |= {str(name): array.variable for name, array in stated.items()}
+    data |= {str(name): array.variable for name, array in statement.items()}
     if correction is not None:
         of_runs = correction.probability, *correction.confidence()
         data |= {f"run_{name}": ((), v) for name, v in zip(STATED, of_runs, strict=True)}
     data |= places("probability_at", narrow.space, solution.place[None], [], [])
-    text = _chance_in_words(stated, chance, correction)
+    # Say whether runs confirm the probability.
+    text = _chance_in_words(statement, chance, correction)
     outcome = TolerancesConfirmed.NOT_MADE
     if correction is None:
         text += NO_RUNS
     else:
-        kept = correction.probability <= chance.probability
-        outcome = TolerancesConfirmed.YES if kept else TolerancesConfirmed.NO
-        text += f". {'Confirmed' if kept else 'NOT confirmed'} by {_new(runs)}, "
+        is_confirmed = correction.probability <= chance.probability
+        outcome = TolerancesConfirmed.YES if is_confirmed else TolerancesConfirmed.NO
+        text += f". {'Confirmed' if is_confirmed else 'NOT confirmed'} by {_new(runs)}, "
         text += "which tell {:.3g} ({:.3g} to {:.3g})".format(
             correction.probability, *correction.confidence()
         )
@@ -187,25 +188,27 @@ def _statement(chance: Chance, solution: ExceedanceEstimate, *, by_runs: bool) -
         ends = np.array(ANYTHING)
     elif not solution.exact:
         ends = np.minimum(1.0, ends * allowance(estimate))
-    each = np.full(max(1, int(np.prod(labels.shape[1:]))), np.nan)
-    np.fmax.at(each, chance.series, estimate.at_each[chance.inside])
+    time_probability = np.full(max(1, int(np.prod(labels.shape[1:]))), np.nan)
+    np.fmax.at(time_probability, chance.series, estimate.at_each[chance.inside])
     if not solution.exact:
-        each[each < RARE] = np.nan
-    stated = xr.Dataset({
+        time_probability[time_probability < RARE] = np.nan
+    statement = xr.Dataset({
         **dict(zip(STATED, [estimate.probability, *ends], strict=True)),
         "surrogate_probability": estimate.probability,
-        "at_each_time": (labels.dims[1:], each.reshape(labels.shape[1:])),
+        "at_each_time": (labels.dims[1:], time_probability.reshape(labels.shape[1:])),
     })  # fmt: skip
-    stated = with_bounds(stated, xr.DataArray(solution.exact), STATED)
+    statement = with_bounds(statement, xr.DataArray(solution.exact), STATED)
     if missed_tolerance(narrow):
         names = (*STATED, "at_each_time", *["surrogate_probability"] * (not by_runs))
-        stated = withheld(stated, names)
-    return stated
+        statement = withheld(statement, names)
+    return statement
 
 
-def _chance_in_words(stated: xr.Dataset, chance: Chance, correction: Correction | None) -> str:
+def _chance_in_words(statement: xr.Dataset, chance: Chance, correction: Correction | None) -> str:
     """Return the probability that the surrogate finds, as a sentence."""
-    value, low, high, alone = (float(stated[k]) for k in (*STATED, "surrogate_probability"))
+    value, low, high, surrogate_value = (
+        float(statement[k]) for k in (*STATED, "surrogate_probability")
+    )
     by_runs = "; runs of the model (response=…) " if correction is None else ""
     if np.isnan(value):
         text = f"The probability of leaving limits is {NOT_GIVEN} by the surrogate, which missed "
@@ -213,8 +216,11 @@ def _chance_in_words(stated: xr.Dataset, chance: Chance, correction: Correction 
     text = "Limits are left with probability "
     if not value:
         text += f"below {high:.2g}"
-        rare = f"; the surrogate alone finds {alone:.2g}, too rare to be trusted without runs"
-        return text + rare * bool(alone)
+        rare = (
+            f"; the surrogate alone finds {surrogate_value:.2g}, too rare to be trusted without "
+            "runs"
+        )
+        return text + rare * bool(surrogate_value)
     text += f"{value:.3g} ({low:.3g} to {high:.3g}) at most"
     beyond = bool(by_runs) and high > chance.probability
     return text + (f"{by_runs}tell whether it is above {chance.probability:g}" if beyond else "")
@@ -238,8 +244,9 @@ def _margins(
     impacts = bool(BandRecord.read(narrow.diagnostics).impacts)
     error = expected_error(narrow, worst.sigmas)
     low, high, _ = worst.bars(confirmation.allocated.x)
-    each: dict[str, list] = {"margin": [], "slack": [], "slack_at": [], "grid_error": []}
+    columns: dict[str, list] = {"margin": [], "slack": [], "slack_at": [], "grid_error": []}
     errors = []
+    # Find the margins of each limit, and where they are smallest.
     for corridor in limits.values():
         curve = np.full(labels.shape[1:], np.nan)
         bounds = corridor.curves.reshape(2, -1)[:, worst.numbers]
@@ -250,46 +257,49 @@ def _margins(
         margin = np.where(corridor.inside & np.isfinite(curve), curve, np.inf)
         at = int(margin.argmin())
         slack = margin.ravel()[at]
-        each["margin"].append(np.where(np.isfinite(margin), margin, np.nan))
-        each["slack"].append(slack)
-        each["slack_at"].append(at % margin.shape[-1] if margin.ndim else 0)
-        each["grid_error"].append(slack - _least_between(curve, labels, corridor, slack, impacts))
+        columns["margin"].append(np.where(np.isfinite(margin), margin, np.nan))
+        columns["slack"].append(slack)
+        columns["slack_at"].append(at % margin.shape[-1] if margin.ndim else 0)
+        columns["grid_error"].append(
+            slack - _least_between(curve, labels, corridor, slack, impacts)
+        )
         if error is not None:
             errors.append(error[corridor.where])
+    # Collect the margins of all limits as variables.
     dims = [dim for dim in labels.dims[1:] if dim != "output"]
-    data: Variables = {name: ("limit", values) for name, values in each.items()}
-    data["margin"] = ("limit", *dims), np.array(each["margin"])
+    data: Variables = {name: ("limit", values) for name, values in columns.items()}
+    data["margin"] = ("limit", *dims), np.array(columns["margin"])
     if errors:
         data["expected_error"] = ("limit", *dims), np.array(errors)
     time = axes_of(labels).time
     if time is not None and time in labels.coords:
-        data["slack_at"] = "limit", labels[time].values[each["slack_at"]]
+        data["slack_at"] = "limit", labels[time].values[columns["slack_at"]]
     return data
 
 
 def _least_between(
-    curve: np.ndarray, labels: xr.DataArray, corridor: Corridor, least: float, impacts: bool
+    curve: np.ndarray, labels: xr.DataArray, corridor: Corridor, slack: float, impacts: bool
 ) -> float:
     """Return the least margin at and between the times of a curve, NaN at times not expanded."""
     axis = TimeAxis.from_labels(labels, corridor.window)
     if axis is None:
-        return least
-    known = np.flatnonzero(np.isfinite(curve).reshape(-1, curve.shape[-1]).all(axis=0))
-    if len(known) < 3:
-        return least
-    part = slice(known[0], known[-1] + 1)
-    between = least_between(curve[..., part], axis.at(part), impacts=impacts)
-    return min(least, float(np.nanmin(between.lowest)))
+        return slack
+    expanded_times = np.flatnonzero(np.isfinite(curve).reshape(-1, curve.shape[-1]).all(axis=0))
+    if len(expanded_times) < 3:
+        return slack
+    part = slice(expanded_times[0], expanded_times[-1] + 1)
+    minima = least_between(curve[..., part], axis.at(part), impacts=impacts)
+    return min(slack, float(np.nanmin(minima.lowest)))
 
 
 def _outcome(worst: WorstCaseBounds, confirmation: Confirmed, binding: Sequence[str]) -> str:
     """Return what limits the tolerances, and whether runs confirm them, as sentences."""
     allocation = confirmation.allocated
-    confirmed = _confirmed(confirmation)
+    status = _confirmed(confirmation)
     text = f"{'Binding' if allocation.binding else 'Nearest'}: {'; '.join(dict.fromkeys(binding))}"
-    if confirmed is TolerancesConfirmed.NOT_MADE:
+    if status is TolerancesConfirmed.NOT_MADE:
         return text + NO_RUNS
-    if confirmed is TolerancesConfirmed.NO:
+    if status is TolerancesConfirmed.NO:
         by = -np.nanmin(confirmation.run_margins, initial=0.0)
         if worst.sigmas:  # no run is at the end of μ ± kσ, which the surrogate tells
             return (
@@ -298,20 +308,20 @@ def _outcome(worst: WorstCaseBounds, confirmation: Confirmed, binding: Sequence[
             )
         verb = "violates" if confirmation.runs == 1 else "violate"
         return f"{text}. NOT confirmed: {_new(confirmation.runs)} {verb} limits by up to {by:.3g}"
-    if confirmed is TolerancesConfirmed.INFERRED:
+    if status is TolerancesConfirmed.INFERRED:
         return (
             f"{text}. No limit is violated by {_new(confirmation.runs)}; that "
             f"μ ± {worst.sigmas:g}σ keeps the limits is inferred by the surrogate"
         )
-    shifted = "; the tolerances were corrected for the small differences they showed"
-    shifted = shifted if confirmation.changed else ""
-    return f"{text}. Checked by {_new(confirmation.runs)}{shifted}"
+    shift_text = "; the tolerances were corrected for the small differences they showed"
+    shift_text = shift_text if confirmation.changed else ""
+    return f"{text}. Checked by {_new(confirmation.runs)}{shift_text}"
 
 
 def _confirmed(confirmation: Confirmed) -> TolerancesConfirmed:
     if not confirmation.runs:
         return TolerancesConfirmed.NOT_MADE
-    if not confirmation.kept:
+    if not confirmation.feasible:
         return TolerancesConfirmed.NO
     return TolerancesConfirmed.INFERRED if confirmation.inferred else TolerancesConfirmed.YES
 

@@ -151,46 +151,46 @@ def cheapest(
     tolerances = worst.tolerances
     strict = worst.tightened(slack * worst.scale)
     search = _Search(strict, options)
-    first, further = (x, []) if x is not None else search.starts()
+    first, other_starts = (x, []) if x is not None else search.starts()
     room = strict.least(tolerances.tighter(first, np.inf))[0] / worst.scale
-    watched = options.watched_share * float(room.min())
+    watch_margin = options.watched_share * float(room.min())
     x, points = (first, points) if x is None else search.solved(points, first)
     best = x
-    least = np.inf
+    lowest_cost = np.inf
     step = STEP
     for _ in range(options.max_rounds):
         margins, places = strict.least(x)
         violated = np.any(margins < -0.5 * slack * worst.scale)
         before = len(points)
         if violated or not before:
-            most = watched + max(0.0, float((margins / worst.scale).min()))
-            new = strict.lowest(margins, places, most)
+            threshold = watch_margin + max(0.0, float((margins / worst.scale).min()))
+            new_points = strict.lowest(margins, places, threshold)
             if tolerances.compensators:
-                new = strict.at_places(x, new, most)
-            points = points.with_new(new, list(tolerances.compensators.values()))
+                new_points = strict.at_places(x, new_points, threshold)
+            points = points.with_new(new_points, list(tolerances.compensators.values()))
         if len(points) > before:
             solution = search.solved(points, x)
             # there may be sizes at which nothing keeps the margins
             if tolerances.sizes and search.rank(solution)[0]:
-                solution = search.best_of(points, [first, *further])
+                solution = search.best_of(points, [first, *other_starts])
             (x, points), step = solution, STEP
             continue
         if violated:  # by hardly anything, at points that are watched
             x = tolerances.tighter(x, step)
             step = 2 * step
             continue
-        if (cost := tolerances.cost(x).sum()) < least:
+        if (cost := tolerances.cost(x).sum()) < lowest_cost:
             best = x
-            least = cost
-        if not len(points) or not further:
+            lowest_cost = cost
+        if not len(points) or not other_starts:
             break
-        count = len(further) if tolerances.sizes else options.random_starts
-        tried = further[:count]
-        further = further[count:]
-        x, points = search.best_of(points, tried)
-        if tolerances.cost(x).sum() > least - options.min_saving * abs(least):
+        count = len(other_starts) if tolerances.sizes else options.random_starts
+        trial_starts = other_starts[:count]
+        other_starts = other_starts[count:]
+        x, points = search.best_of(points, trial_starts)
+        if tolerances.cost(x).sum() > lowest_cost - options.min_saving * abs(lowest_cost):
             break
-    if np.isinf(least):
+    if np.isinf(lowest_cost):
         raise InputError(
             f"limits: no tolerances that keep them were found in {options.max_rounds} rounds"
         )
@@ -212,17 +212,17 @@ class _Search:
         worst = self.worst
         tolerances = self.worst.tolerances
         low, high = tolerances.bounds
-        first, *further = starts(worst) if tolerances.sizes else [high]
+        first, *other_starts = starts(worst) if tolerances.sizes else [high]
         if not tolerances.sizes:
             rng = np.random.default_rng(0)
             count = self.options.retries * self.options.random_starts
-            further = list(rng.uniform(np.maximum(low, -3.0), high, (count, len(high))))
+            other_starts = list(rng.uniform(np.maximum(low, -3.0), high, (count, len(high))))
         loosest = tolerances.looser(first)
         room, margins = (worst.least(at)[0] for at in (tolerances.tighter(first, np.inf), loosest))
         with np.errstate(invalid="ignore", divide="ignore"):
             part = np.where(margins < 0, room / (room - margins), 1.0).min()
         start = tolerances.tighter(loosest, -np.log(max(part, 1e-300)))
-        return start, [start, *further] if tolerances.sizes else further
+        return start, [start, *other_starts] if tolerances.sizes else other_starts
 
     def solved(self, points: WatchedPlaces, x: np.ndarray) -> Solution:
         """Return the cheapest tolerances that keep the margins at some points, and these adjusted.
@@ -274,19 +274,19 @@ class _Search:
         tighter = 0.0
         looser = 0.0
         for k in range(2):  # the second time between the best two of the first
-            most = (x - tolerances.tighter(x, np.inf)).max() if k == 0 else tighter
-            shifts = np.linspace(looser, most, count)
-            tried = tolerances.tighter(x, shifts[:, None])
+            max_shift = (x - tolerances.tighter(x, np.inf)).max() if k == 0 else tighter
+            shifts = np.linspace(looser, max_shift, count)
+            trials = tolerances.tighter(x, shifts[:, None])
             first = count - 1
             for start in 2 ** np.arange(count.bit_length()) - 1:  # more at once, the more fail
-                rows = tried[start : 2 * start + 1]
+                rows = trials[start : 2 * start + 1]
                 margins = (worst.values(rows, points) / worst.scale[points.series]).min(axis=1)
-                enough = np.flatnonzero(margins > -self.options.slack)
-                if len(enough):
-                    first = start + int(enough[0])
+                feasible_rows = np.flatnonzero(margins > -self.options.slack)
+                if len(feasible_rows):
+                    first = start + int(feasible_rows[0])
                     break
             if first == 0:
-                return tried[0]
+                return trials[0]
             looser = shifts[first - 1]
             tighter = shifts[first]
         return tolerances.tighter(x, tighter)
@@ -302,14 +302,14 @@ def with_binding_places(
 ) -> Allocated:
     """Return tolerances with what limits them."""
     margins, places = worst.least(x)
-    least = (margins / worst.scale).min()
+    smallest_margin = (margins / worst.scale).min()
     binding = options.binding
-    points = worst.lowest(margins, places, max(binding, least + binding))
+    points = worst.lowest(margins, places, max(binding, smallest_margin + binding))
     problem = Problem(worst, points)
     v = np.concatenate([x, problem.adjusted])
     gradients = problem.derivatives(v)
     multipliers = np.full(len(points), 0.0 if with_multipliers else np.nan)
-    if with_multipliers and least < binding:
+    if with_multipliers and smallest_margin < binding:
         cost = np.append(worst.tolerances.cost_gradient(x), np.zeros(len(v) - len(x)))
         multipliers = _multipliers(problem.bounds, v, cost, gradients)
     slopes = gradients[:, : len(x)]

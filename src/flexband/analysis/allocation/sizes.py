@@ -66,15 +66,15 @@ def starts(worst: WorstCaseBounds, *, options: SizeOptions = SizeOptions()) -> n
     distances += [options.min_distance_of_others] * len(all_places)
     places = np.concatenate([places[order], all_places])
     values = np.concatenate([values[order], all_values])
-    chosen: list[tuple[np.ndarray, float]] = []
+    start_pairs: list[tuple[np.ndarray, float]] = []
     for place, value, distance in zip(places, values, distances, strict=True):
-        alone = all(np.abs(place - other).max() > distance for other, _ in chosen)
-        if not chosen or (alone and value < 0 and len(chosen) < options.max_starts):
-            chosen.append((place, value))
-    variables = np.tile(high, (len(chosen), 1))
-    part = np.clip([[-value] for _, value in chosen], 1e-300, 1.0)
+        is_distinct = all(np.abs(place - other).max() > distance for other, _ in start_pairs)
+        if not start_pairs or (is_distinct and value < 0 and len(start_pairs) < options.max_starts):
+            start_pairs.append((place, value))
+    variables = np.tile(high, (len(start_pairs), 1))
+    part = np.clip([[-value] for _, value in start_pairs], 1e-300, 1.0)
     variables[:, :-count] = np.maximum(np.log(part), low[:-count])
-    variables[:, -count:] = reach * np.array([place for place, _ in chosen])
+    variables[:, -count:] = reach * np.array([place for place, _ in start_pairs])
     return variables
 
 
@@ -83,11 +83,11 @@ def _with_most_room(
 ) -> np.ndarray:
     """Return sizes, in parts of their reach, near which the least margin is largest."""
     low, _ = worst.tolerances.bounds
-    limited = np.isfinite(worst.bounds)
+    limit_mask = np.isfinite(worst.bounds)
 
     def margins(places: np.ndarray) -> np.ndarray:
         eta = worst.tolerances.center(_replace_sizes(low, reach * places))
-        return (worst.margins(worst.bars_at(eta, low)) / worst.scale)[:, limited]
+        return (worst.margins(worst.bars_at(eta, low)) / worst.scale)[:, limit_mask]
 
     def slopes(v: np.ndarray) -> np.ndarray:
         steps = step * np.eye(len(place))

@@ -48,20 +48,23 @@ def allocated_by_chance(
     solution = chance.cheapest(_first_tolerances(chance))
     correction = None
     runs = 0
-    stated = chance.probability
+    max_probability = chance.probability
     high = chance.tolerances.bounds[1]
     tuning = chance.options
     for k in range(tuning.max_corrections if response is not None else 0):
         narrow = chance.surrogate.narrowed(**chance.tolerances.inputs(solution.x))
-        with models({"": narrow}, response, [RUNS], 1, None, **options) as known:
-            model = known[""](RUNS)
+        with models({"": narrow}, response, [RUNS], 1, None, **options) as models_by_label:
+            model = models_by_label[""](RUNS)
             assert model is not None
             correction = chance.by_runs(solution, model)
         runs += correction.runs
-        least = 0.0 if np.all(solution.x >= high) else tuning.kept_share * stated
-        if least <= correction.probability <= stated or k == tuning.max_corrections - 1:
+        min_probability = 0.0 if np.all(solution.x >= high) else tuning.kept_share * max_probability
+        if (
+            min_probability <= correction.probability <= max_probability
+            or k == tuning.max_corrections - 1
+        ):
             break
-        ratio = stated / max(correction.probability, 1e-300)
+        ratio = max_probability / max(correction.probability, 1e-300)
         ratio = float(np.clip(ratio, tuning.min_ratio, tuning.max_ratio))
         aim = min(tuning.aim * ratio * solution.estimate.probability, 0.5)
         try:
@@ -75,7 +78,7 @@ def _first_tolerances(chance: Chance) -> np.ndarray:
     """Return tolerances that keep limits by μ ± kσ, k = −Φ⁻¹(P), or a smaller k if none do."""
     k = -float(ndtri(chance.probability))
     m = chance.surrogate.space.interval_dimension
-    corridor = joint({str(k): each for k, each in enumerate(chance.corridors)})
+    corridor = joint({str(k): limit for k, limit in enumerate(chance.corridors)})
     for sigmas in (k, k / 2, 0.1 * k):
         worst = WorstCaseBounds.from_surrogate(
             chance.surrogate, chance.tolerances, corridor, sigmas

@@ -30,7 +30,7 @@ class Tolerances:
 
     space: Space  # the inputs of the surrogate, with the largest tolerances
     costs: Mapping[str, Cost]  # by name
-    least: np.ndarray  # tolerances, 1e-4 of the largest unless there are grades, (names,)
+    smallest: np.ndarray  # tolerances, 1e-4 of the largest unless there are grades, (names,)
     largest: np.ndarray  # those of the surrogate, (names,)
     columns: np.ndarray  # number of each interval's variable η, −1 of random inputs, (names,)
     sizes: Mapping[str, int]  # number of the variable η of each `Sizing`, by name
@@ -53,10 +53,10 @@ class Tolerances:
                 )
         columns = space.columns(random=False)
         largest = np.array([allowed[name] for name in costs])
-        least = 1e-4 * largest
+        smallest = 1e-4 * largest
         for k, (name, cost) in enumerate(costs.items()):
             if isinstance(cost, Grades):
-                least[k] = cost.tolerances.min()
+                smallest[k] = cost.tolerances.min()
                 if cost.tolerances.max() > largest[k] * (1 + 1e-9):
                     raise InputError(
                         f"costs: grades of {name} must have tolerances up to that of the "
@@ -72,7 +72,7 @@ class Tolerances:
         if adjusted:
             check_no_play(space, "allocate with a Compensator")
         numbers = np.array([columns.get(k, -1) for k in costs])
-        return Tolerances(space, costs, least, largest, numbers, sizes, adjusted)
+        return Tolerances(space, costs, smallest, largest, numbers, sizes, adjusted)
 
     @property
     def grades(self) -> list[Grades]:
@@ -93,7 +93,7 @@ class Tolerances:
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """The least and the largest values of the search's variables."""
         reach = (1.0 - self._all_radii)[list(self.sizes.values())]
-        low = np.log(self.least / self.largest)
+        low = np.log(self.smallest / self.largest)
         high = np.zeros(len(self.largest))
         return np.concatenate([low, -reach]), np.concatenate([high, reach])
 
@@ -101,8 +101,8 @@ class Tolerances:
         """Return the variables with smaller logarithms of tolerances, not below the least."""
         low = self.bounds[0]
         count = len(self.largest)
-        moved = np.maximum(x - by, low)
-        return np.where(np.arange(len(low)) < count, moved, x)
+        narrow_x = np.maximum(x - by, low)
+        return np.where(np.arange(len(low)) < count, narrow_x, x)
 
     def looser(self, x: np.ndarray) -> np.ndarray:
         """Return the variables with the largest tolerances."""
@@ -174,11 +174,11 @@ class Tolerances:
                 radii[name] = float(t)
         for name, radius in radii.items() if not random_alone else ():
             values = self.space.inputs[name].value(np.array([[-1.0], [0.0], [1.0]]))
-            least, middle, most = map(float, np.asarray(values))
+            lower_end, middle, upper_end = map(float, np.asarray(values))
             middle = middles.get(name, middle)
             low = middle - radius
             high = middle + radius
-            inputs[name] = Interval(max(low, least), min(high, most))
+            inputs[name] = Interval(max(low, lower_end), min(high, upper_end))
         return inputs
 
 

@@ -143,12 +143,12 @@ class WorstCaseBounds:
         low, high, places = self.bars(x)
         return self.margins(np.stack([low, high])), places
 
-    def lowest(self, margins: np.ndarray, places: np.ndarray, most: float) -> WatchedPlaces:
-        """Return the points of local minima over time of margins that are below `most` scales."""
-        side, series = np.nonzero(self._lowest(margins[None], most)[0])
+    def lowest(self, margins: np.ndarray, places: np.ndarray, threshold: float) -> WatchedPlaces:
+        """Return the points of local minima over time of margins below `threshold` scales."""
+        side, series = np.nonzero(self._lowest(margins[None], threshold)[0])
         return WatchedPlaces(series, side, places[side, series])
 
-    def at_places(self, x: np.ndarray, points: WatchedPlaces, most: float) -> WatchedPlaces:
+    def at_places(self, x: np.ndarray, points: WatchedPlaces, threshold: float) -> WatchedPlaces:
         """Return what `lowest` does at each of the places of some points on its own.
 
         The best compensators make several margins the least, also at neighbouring times.
@@ -157,13 +157,13 @@ class WorstCaseBounds:
         eta = self.tolerances.center(x) + self.tolerances.radius(x) * places
         margins = self.margins(self.bars_at(eta, x))
         scaled = margins / self.scale
-        least = scaled.min(axis=(1, 2), keepdims=True)
-        lowest = self._lowest(margins, most) | (scaled < least + SAME * SAME)
+        smallest_margins = scaled.min(axis=(1, 2), keepdims=True)
+        lowest = self._lowest(margins, threshold) | (scaled < smallest_margins + SAME * SAME)
         place, side, series = np.nonzero(lowest)
         return WatchedPlaces(series, side, places[place])
 
-    def _lowest(self, margins: np.ndarray, most: float) -> np.ndarray:
-        """Return which margins (rows, 2, series) are local minima over time below `most`."""
+    def _lowest(self, margins: np.ndarray, threshold: float) -> np.ndarray:
+        """Return which margins (rows, 2, series) are local minima over time below `threshold`."""
         scaled_margins = margins.reshape(-1, self.times) / np.tile(
             self.scale.reshape(-1, self.times), (2 * len(margins), 1)
         )
@@ -171,7 +171,7 @@ class WorstCaseBounds:
         lowest = (
             (scaled_margins <= padded[:, :-2])
             & (scaled_margins < padded[:, 2:])
-            & (scaled_margins < most)
+            & (scaled_margins < threshold)
         )
         return lowest.reshape(margins.shape)
 
@@ -181,7 +181,7 @@ class WorstCaseBounds:
         if not self.sigmas:
             return self._without_scatter(x, points)
         scatters, which = np.unique(self.tolerances.scatter(x), axis=0, return_inverse=True)
-        used, index = np.unique(points.series % self.times, return_inverse=True)
+        time_numbers, index = np.unique(points.series % self.times, return_inverse=True)
         for k in range(len(scatters)):
             rows = np.flatnonzero(which.ravel() == k)
             eta = self._eta(x[rows], points)
@@ -189,14 +189,14 @@ class WorstCaseBounds:
                 output = points.series // self.times - row
                 columns = np.flatnonzero((output >= 0) & (output < len(expansion.outputs)))
                 if len(columns):
-                    mean, std = expansion.select(expansion.outputs, used).moments(eta)
+                    mean, std = expansion.select(expansion.outputs, time_numbers).moments(eta)
                     bar = np.stack([mean - self.sigmas * std, mean + self.sigmas * std], axis=1)
                     bar = bar.reshape(len(rows), len(points), *bar.shape[1:])
                     side = points.side[columns]
                     series = points.series[columns]
-                    chosen = bar[:, columns, side, output[columns], index[columns]]
+                    bar_values = bar[:, columns, side, output[columns], index[columns]]
                     margins[np.ix_(rows, columns)] = SIGNS[side] * (
-                        chosen - self.bounds[side, series]
+                        bar_values - self.bounds[side, series]
                     )
         return margins
 

@@ -68,7 +68,7 @@ def in_cases(
         if isinstance(total, Budget):
             budget = total
         if budget and (total is budget or remaining > 1):
-            whole = Budget.from_levels(whole, budget.each)
+            whole = Budget.from_levels(whole, budget.per_level)
         if options.progress is not None:
             options.progress(finished + done, whole)
 

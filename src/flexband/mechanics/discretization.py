@@ -60,11 +60,14 @@ def discretization_error(
     """
     run = partial(simulate, duration=duration, step=step, integrator=integrator, threads=threads)
     coarse = run(mechanism)
-    finer = mechanism.refined()
+    fine_mechanism = mechanism.refined()
 
     def refined(substeps: int) -> list[xr.DataArray]:
         half = run(mechanism, substeps=substeps)
-        return [half, half if finer is mechanism else run(finer, substeps=substeps)]
+        return [
+            half,
+            half if fine_mechanism is mechanism else run(fine_mechanism, substeps=substeps),
+        ]
 
     order_factor = 4 / 3  # at second order
     tenth = _with_tenth(mechanism, integrator)
@@ -75,10 +78,10 @@ def discretization_error(
         half, fine = refined(1 if tenth else 2)
         if "halved_step" in coarse.attrs:
             samples = np.arange(coarse.sizes.get("sample", 1))
-            halved = np.isin(samples, coarse.attrs["halved_step"])
-            halved = halved.reshape(-1, *[1] * (coarse.ndim - 1))
+            halved_mask = np.isin(samples, coarse.attrs["halved_step"])
+            halved_mask = halved_mask.reshape(-1, *[1] * (coarse.ndim - 1))
             half, fine = (
-                at_half.copy(data=np.where(halved, at_quarter, at_half))
+                at_half.copy(data=np.where(halved_mask, at_quarter, at_half))
                 for at_half, at_quarter in zip((half, fine), refined(4), strict=True)
             )
     parts = {"step_error": coarse - half, "mesh_error": half - fine, "error": coarse - fine}
@@ -117,8 +120,10 @@ def _scale(motion: xr.DataArray) -> xr.DataArray:
     units = Units.along(motion, ("output",))
     angle = size["unit"].values == "rad"
     sizes = np.maximum(size.values, angle).reshape(-1, len(angle))
-    least = [units.least_variation(sample_sizes, StepCheck().min_scale) for sample_sizes in sizes]
-    scale = np.maximum(motion.std("time").values, np.reshape(least, size.shape))
+    smallest_scales = [
+        units.least_variation(sample_sizes, StepCheck().min_scale) for sample_sizes in sizes
+    ]
+    scale = np.maximum(motion.std("time").values, np.reshape(smallest_scales, size.shape))
     return size.copy(data=np.where(scale > 0, scale, 1.0))
 
 

@@ -104,9 +104,9 @@ class CentreLine(Body):
         for quantity, value, check in (curvature, *self.properties()):
             if not callable(value):
                 check(quantity, value)
-        bent = [] if callable(self.curvature) else [self.curvature]
+        curvatures = [] if callable(self.curvature) else [self.curvature]
         motion = self.angle, self.rate, *start, *velocity
-        check_same_samples(name, self.length, *self.retardation_times, *bent, *motion)
+        check_same_samples(name, self.length, *self.retardation_times, *curvatures, *motion)
 
     @classmethod
     def along(cls, path: Path, **properties: Any) -> Self:
@@ -284,13 +284,13 @@ class CentreLine(Body):
             curvature = self.evaluated(places, "curvature [1/m]", self.curvature, check_finite)
             steps = None if self.mesh.even else panels * self.mesh.at(places)
             curve = drawn(curvature, length / panels, steps)
-            x, y, turned = (column[:, ::panels] for column in curve)
+            x, y, turn = (column[:, ::panels] for column in curve)
         else:
             curvature = np.asarray(self.curvature, dtype=float)[..., None]
-            x, y, turned = arc(curvature, length * self.mesh.nodes)
+            x, y, turn = arc(curvature, length * self.mesh.nodes)
         c = np.cos(angle)
         s = np.sin(angle)
-        return x0 + c * x - s * y, y0 + s * x + c * y, angle + turned
+        return x0 + c * x - s * y, y0 + s * x + c * y, angle + turn
 
     def velocities(self) -> list[np.ndarray]:  # those of a rigid body
         q = self.coordinates()
@@ -305,8 +305,8 @@ class CentreLine(Body):
 
     def refined(self, parts: int) -> Self:
         elements = parts * self.elements
-        each = parts * self.elements_per_node
-        return replace(self, elements=elements, elements_per_node=each, elements_left_out=False)
+        per_node = parts * self.elements_per_node
+        return replace(self, elements=elements, elements_per_node=per_node, elements_left_out=False)
 
     def divided(self, points: Iterable[str]) -> Self:
         places = set()
@@ -323,9 +323,9 @@ class CentreLine(Body):
     def _place(self, name: str) -> float:
         """Return the place of a named point in lengths of an element, if all were equal."""
         count = self.elements
-        each = self.elements_per_node
+        per_node = self.elements_per_node
         places = {"start": 0.0, "end": count, "middle": count / 2, "center": count / 2}
-        places |= {f"node {k}": k * each for k in range(count // each + 1)}
+        places |= {f"node {k}": k * per_node for k in range(count // per_node + 1)}
         try:
             place = places[name] if name in places else float(name) * count
         except (TypeError, ValueError, OverflowError):
@@ -333,7 +333,8 @@ class CentreLine(Body):
         if not 0 <= place <= count:
             raise InputError(
                 f"point must be 'start', 'middle', 'center', 'end', 'node 0' to "
-                f"'node {count // each}', or a fraction of the length from '0' to '1'; got {name!r}"
+                f"'node {count // per_node}', or a fraction of the length from '0' to '1'; "
+                f"got {name!r}"
             )
         return place
 

@@ -44,23 +44,23 @@ def place_bodies(
     size = np.abs(z[list(column)]).max(axis=0)
     for _ in range(iterations):
         misfit = np.stack([np.broadcast_to(row.at(list(z)), samples) for row in rows])
-        apart = np.flatnonzero(np.abs(misfit).max(axis=0) > tolerance * size)
-        if not len(apart):
+        open_samples = np.flatnonzero(np.abs(misfit).max(axis=0) > tolerance * size)
+        if not len(open_samples):
             break
-        jacobian = np.zeros((len(apart), len(rows), starts[-1]))
+        jacobian = np.zeros((len(open_samples), len(rows), starts[-1]))
         for k, row in enumerate(rows):
             for (i, j, f), c in row.terms.items():
                 at_start = 1.0 if f is None else evaluate_function(f, 0.0)
-                factor = np.broadcast_to(c * at_start, samples)[apart]
-                for moved, other in ((i, j), (j, i)):
-                    if moved in column:
-                        jacobian[:, k, column[moved]] += factor * z[other, apart]
+                factor = np.broadcast_to(c * at_start, samples)[open_samples]
+                for coordinate, other in ((i, j), (j, i)):
+                    if coordinate in column:
+                        jacobian[:, k, column[coordinate]] += factor * z[other, open_samples]
         inverse = np.linalg.pinv(jacobian, rcond=min_singular_value)
-        shift = np.zeros((starts[-1], len(apart)))
+        shift = np.zeros((starts[-1], len(open_samples)))
         for k in range(len(rows)):  # in this order, whatever the number of samples
-            shift -= inverse[:, :, k].T * misfit[k, apart]
+            shift -= inverse[:, :, k].T * misfit[k, open_samples]
         for node, c in column.items():
-            z[node, apart] += shift[c]
+            z[node, open_samples] += shift[c]
     return list(z)
 
 

@@ -19,9 +19,9 @@ from flexband.errors import InputError
 
 def check_lines(name: str, lines: Sequence[tuple[int, int]], points: int) -> None:
     """Raise `InputError` if these are not pairs of numbers of points."""
-    allowed = f"a list of pairs of different numbers of points, 0 to {points - 1}"
+    requirement = f"a list of pairs of different numbers of points, 0 to {points - 1}"
     if not isinstance(lines, list | tuple):
-        raise InputError(f"ForceLaw {name} must be {allowed}; got {value_text(lines)}")
+        raise InputError(f"ForceLaw {name} must be {requirement}; got {value_text(lines)}")
     for pair in lines:
         if (
             not isinstance(pair, list | tuple)
@@ -29,7 +29,7 @@ def check_lines(name: str, lines: Sequence[tuple[int, int]], points: int) -> Non
             or any(type(k) is not int or not 0 <= k < points for k in pair)
             or pair[0] == pair[1]
         ):
-            raise InputError(f"ForceLaw {name} must be {allowed}; got {value_text(pair)}")
+            raise InputError(f"ForceLaw {name} must be {requirement}; got {value_text(pair)}")
 
 
 @compiled

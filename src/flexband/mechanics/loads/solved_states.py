@@ -19,7 +19,7 @@ from flexband.mechanics.loads.lines import add_lines, pass_on
 class Outcomes(NamedTuple):
     """What a law did: it raised an error, it ran, or no states agreed with their rates."""
 
-    raised: int = 0
+    error: int = 0
     ran: int = 1
     unsolved: int = 2
 
@@ -44,7 +44,7 @@ class StateSolver(NamedTuple):
     """Of the last correction where rounding lets none be smaller."""
     regular: float = 0.1
     """Correction after which the next ones shrink as their ratio says."""
-    kept: float = 0.01
+    reuse_ratio: float = 0.01
     """Ratio of two corrections below which derivatives serve once more."""
 
 
@@ -127,14 +127,14 @@ def scratch_of(memory, states, axes):
     """Return the `Scratch` of a law in an array of `scratch_size` numbers."""
     n = states
     square = states * states
-    both = states * axes
+    rectangle = states * axes
     first = 6 * n
     return Scratch(
         memory[:n], memory[n : 2 * n], memory[2 * n : 3 * n], memory[3 * n : 4 * n],
         memory[4 * n : 5 * n], memory[5 * n : first], memory[first : first + square],
         memory[first + square : first + 2 * square],
-        memory[first + 2 * square : first + 2 * square + both],
-        memory[first + 2 * square + both :],
+        memory[first + 2 * square : first + 2 * square + rectangle],
+        memory[first + 2 * square + rectangle :],
     )  # fmt: skip
 
 
@@ -203,7 +203,7 @@ def solve(call, arrays, scratch):  # noqa: PLR0911, PLR0912
     last = np.inf
     fresh = True
     if not evaluate(call, arrays, rest):
-        return OUTCOME.raised
+        return OUTCOME.error
     for _ in range(SOLVER.iterations):
         rests = False
         for k in range(states):
@@ -212,7 +212,7 @@ def solve(call, arrays, scratch):  # noqa: PLR0911, PLR0912
             return OUTCOME.ran
         if fresh:
             if not differentiate(call, arrays, scratch):
-                return OUTCOME.raised
+                return OUTCOME.error
             for i in range(states):
                 scratch.weight[i] = 1e-300
                 for k in range(states):
@@ -228,7 +228,7 @@ def solve(call, arrays, scratch):  # noqa: PLR0911, PLR0912
             for k in range(states):
                 y[k] = before[k] + part * move[k]
             if not evaluate(call, arrays, rest):
-                return OUTCOME.raised
+                return OUTCOME.error
             remaining = largest(rest, scratch.weight)
             if remaining < excess or remaining < SOLVER.tolerance:
                 break
@@ -239,11 +239,11 @@ def solve(call, arrays, scratch):  # noqa: PLR0911, PLR0912
         if not np.isfinite(change):
             return OUTCOME.unsolved
         regular = part == 1.0 and last < SOLVER.regular
-        left = change * min(change / last, 1.0) if regular else change
-        if left < SOLVER.tolerance or (change < SOLVER.stalled and change > 0.5 * last):
+        error = change * min(change / last, 1.0) if regular else change
+        if error < SOLVER.tolerance or (change < SOLVER.stalled and change > 0.5 * last):
             return OUTCOME.ran
-        known = last if last < np.inf else 1.0
-        fresh = part < 1.0 or change > SOLVER.kept * known
+        reference = last if last < np.inf else 1.0
+        fresh = part < 1.0 or change > SOLVER.reuse_ratio * reference
         last = change
     return OUTCOME.unsolved
 

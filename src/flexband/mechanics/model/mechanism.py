@@ -108,8 +108,8 @@ class Mechanism:
         self._check_points(joint)
         kind = with_article(type(joint).__name__)
         for row in (*rows, *(spring.travel for spring in joint.compliances(self.model.frame))):
-            moved = any(j > 0 and np.any(c != 0) for (_, j, _), c in row.terms.items())
-            if not moved and not row.polar:
+            has_motion = any(j > 0 and np.any(c != 0) for (_, j, _), c in row.terms.items())
+            if not has_motion and not row.polar:
                 raise InputError(
                     f"{kind} must hold something that moves: only bodies that rotate have an "
                     "angle, and a point mass does not"
@@ -145,13 +145,13 @@ class Mechanism:
             If `parts` is not a whole number, 1 or more, or a member gets too many elements.
         """
         check_integer("parts", parts, 1)
-        finer = {
+        bodies = {
             name: name_errors(f"body {name!r}", body.refined, parts)
             for name, body in self.bodies.items()
         }
-        if all(finer[name] is body for name, body in self.bodies.items()):
+        if all(bodies[name] is body for name, body in self.bodies.items()):
             return self
-        return replace(self, bodies=finer)
+        return replace(self, bodies=bodies)
 
     @property
     def elements(self) -> dict[str, int]:

@@ -78,7 +78,7 @@ class Model(EquationForms):
 
     def over_steps(self, sensor: OverSteps) -> list[Form]:
         """Return what the engine makes of the outputs of a sensor over its steps."""
-        rows = [k for k, watched in enumerate(self.watched) if watched.sensor is sensor]
+        rows = [k for k, entry in enumerate(self.watched) if entry.sensor is sensor]
         return [Form.variable(self.state.extreme + k) for k in rows]
 
     def generalized_force(self, part: str) -> list[tuple[Form, Form]]:
@@ -108,10 +108,10 @@ class Model(EquationForms):
         points = sum(len(law.points) for law in self.laws)
         angle = self.state.sensor_angle - len(self.moments) - points
         for p, frame in enumerate(frames, start=first):
-            moved = (*frame.position, Form.variable(angle + p))
+            displacement = (*frame.position, Form.variable(angle + p))
             row = self.state.law + AXES * p
-            pairs += [(Form.variable(row + axis), form) for axis, form in enumerate(moved)]
-        return [(force, moved) for force, moved in pairs if moved.terms]
+            pairs += [(Form.variable(row + axis), form) for axis, form in enumerate(displacement)]
+        return [(force, displacement) for force, displacement in pairs if displacement.terms]
 
     def switching_losses(self, joint: str) -> list[Form]:
         """Return the energies that the rows of a joint that switches have taken so far."""

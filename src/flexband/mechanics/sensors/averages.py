@@ -62,8 +62,8 @@ class Average(OfSensor):
         return [*super().rows(model), *self.sensor.rows(model), Form.function(np.positive)]
 
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
-        *both, time = rows
-        integrals, values = np.split(np.array(both), 2)
+        *signals, time = rows
+        integrals, values = np.split(np.array(signals), 2)
         averages = np.empty_like(integrals)
         for lane, t in enumerate(time.T):
             integral = integrals[..., lane]

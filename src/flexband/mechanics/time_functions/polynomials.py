@@ -52,27 +52,27 @@ class PolynomialFit:
         fits: list[tuple[np.ndarray, np.ndarray]] = []
         for halving in range(self.halvings + 1):
             fits = [self._fit(function, schedule, tolerance) for function in functions]
-            rough = [off for _, off in fits]
-            most = max([schedule.parts.shape[1], *(off.shape[1] for off in rough)])
-            halved = np.zeros((len(schedule.parts), most), dtype=bool)
-            for off in rough:
-                halved |= off
-            if not halved.any():
+            off_masks = [off for _, off in fits]
+            width = max([schedule.parts.shape[1], *(off.shape[1] for off in off_masks)])
+            step_mask = np.zeros((len(schedule.parts), width), dtype=bool)
+            for off in off_masks:
+                step_mask |= off
+            if not step_mask.any():
                 break
             if halving == self.halvings:
-                k = next(k for k, off in enumerate(rough) if off.any())
-                moment = schedule.times[np.argwhere(rough[k])[0, 0], 0]
+                k = next(k for k, off in enumerate(off_masks) if off.any())
+                moment = schedule.times[np.argwhere(off_masks[k])[0, 0], 0]
                 raise InputError(
                     f"{functions[k].name} is not smooth near t = {moment:.6g} s, even in "
                     f"2^{self.halvings} parts of a step; steps that are chosen freely need that"
                 )
-            schedule = schedule.halved(halved, times)
-        one = np.zeros((len(schedule.parts), COEFFICIENTS, 1))
-        one[:, 0] = 1.0
-        parts = [one, *(coefficients for coefficients, _ in fits)]
-        most = max(part.shape[2] for part in parts)
+            schedule = schedule.halved(step_mask, times)
+        constant = np.zeros((len(schedule.parts), COEFFICIENTS, 1))
+        constant[:, 0] = 1.0
+        parts = [constant, *(coefficients for coefficients, _ in fits)]
+        width = max(part.shape[2] for part in parts)
         return schedule, np.stack(
-            [np.broadcast_to(part, (*part.shape[:2], most)) for part in parts], axis=1
+            [np.broadcast_to(part, (*part.shape[:2], width)) for part in parts], axis=1
         )
 
     def _fit(
@@ -97,20 +97,20 @@ class PolynomialFit:
         inverse = np.linalg.inv(np.vander(nodes, increasing=True))
         c = np.stack([_weighted_sum(weights, f.T[: degree + 1]) for weights in inverse])
         powers = np.vander(checks, COEFFICIENTS, increasing=True)
-        fitted = np.stack([_weighted_sum(weights, c) for weights in powers])
-        error = np.abs(fitted - f[:, degree + 1 :].T).max(axis=0)
+        polynomial_values = np.stack([_weighted_sum(weights, c) for weights in powers])
+        error = np.abs(polynomial_values - f[:, degree + 1 :].T).max(axis=0)
         lowest, highest = np.full((2, width), [[np.inf], [-np.inf]])
         np.minimum.at(lowest, column, f.min(axis=1))
         np.maximum.at(highest, column, f.max(axis=1))
         part = self.motion_part if function.prescribes else self.error_part
-        allowed = np.maximum(
+        max_error = np.maximum(
             part * tolerance * (highest - lowest),
             self.rounding * np.maximum(np.abs(lowest), np.abs(highest)),
         )
         coefficients = np.zeros((shape[0], COEFFICIENTS, width))
         off = np.zeros(shape, dtype=bool)
         coefficients[row + 1, :, column] = c.T
-        off[row + 1, column] = error > allowed[column]
+        off[row + 1, column] = error > max_error[column]
         return coefficients, off
 
 

@@ -127,11 +127,11 @@ def travel_on_line(
     The line is at a `height` above the second point, along its normal.
     """
     x, y = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
-    apart = subtract(first.position, second.position)
+    separation = subtract(first.position, second.position)
     line = second.direction(y, -x)
     radius = np.asarray(radius, dtype=float)
-    travel = dot(line, apart)
-    action = Action(line, lever, apart, radius)
+    travel = dot(line, separation)
+    action = Action(line, lever, separation, radius)
     if np.any(radius):
         travel = travel + turn(first, second) * radius
     return Travel(travel, action, line=ContactLine(first, second, second.direction(x, y), height))

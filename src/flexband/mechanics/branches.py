@@ -45,11 +45,13 @@ class Branch:
         angles = {}
         turns = {}
         eighth = np.pi / 4
+        # Assemble the mechanism, if that is possible.
         try:
             with without_warnings():
                 start = assembled_configuration(mechanism)
         except (InputError, RunError):
             start = None
+        # Read by what bodies turn from their own angles to the assembled ones.
         bodies = [(name, body) for name, body in mechanism.bodies.items() if body.axes.size]
         for (name, body), (_, (vector, *_)) in zip(bodies, mechanism.model.turning, strict=False):
             angles[name] = float(np.ravel(body.angles()[0])[0])
@@ -93,6 +95,7 @@ class Branch:
         A builder may have wrapped it, as by ``arctan2``. Where inputs on the way are refused, the
         change is taken as it is.
         """
+        # Follow the angle in small steps, so that wraps are told from turns.
         angles = []
         for part in np.linspace(0.0, 1.0, parts + 1):
             inputs = {key: _input_between(self.values[key], v, part) for key, v in values.items()}

@@ -111,6 +111,7 @@ def state_of(motion: xr.DataArray, period: float | None) -> EndState:
 
 def continue_from(system: System, state: EndState) -> tuple[System, ContinuedStart]:
     """Return a system that starts in the state of another one, and its start."""
+    # Refuse a state of other bodies, meshes or samples.
     for name, mesh in _meshes(system).items():
         if name not in state.meshes:
             names = ", ".join(state.meshes)
@@ -125,6 +126,7 @@ def continue_from(system: System, state: EndState) -> tuple[System, ContinuedSta
             f"start must have as many samples as the mechanism, {system.samples}, or one; got "
             f"{state.samples}"
         )
+    # Take over the rows that both mechanisms have.
     samples = max(system.samples, state.samples)
     rows = system.structure.state
     ends = np.zeros((sum(_sizes(system)), samples))
@@ -142,6 +144,7 @@ def continue_from(system: System, state: EndState) -> tuple[System, ContinuedSta
         place = slice(first, first + len(defaults))
         return np.where(common_rows[place], ends[place], defaults)
 
+    # Angles count turns from those at the end of the other motion.
     turns = {name: part[0] for (kind, name, _), part in state.parts.items() if kind == "turn"}
     turns = {name: turn for name, turn in turns.items() if name in system.model.bodies}
     mechanism = replace(system.mechanism, branches=turns)
@@ -149,6 +152,7 @@ def continue_from(system: System, state: EndState) -> tuple[System, ContinuedSta
     drawn_angles = stack(mechanism.model.drawn_angles)
     drawn_angles = np.broadcast_to(drawn_angles, (rows.velocity - rows.angle, samples))
     ends[angles] = np.where(common_rows[angles], ends[angles], drawn_angles)
+    # States of parts that are new are those of the mechanism itself.
     values = system.values
     values = values._replace(
         drawn=ends[angles],
@@ -306,10 +310,12 @@ def _labels(system: System) -> dict[Label, np.ndarray]:
     state = system.structure.state
     a, rest, steps, anew, *_ = accumulate(_sizes(system))
     labels: dict[Label, np.ndarray] = {("steps", "", 0): np.arange(steps, anew)}
+    # Coordinates of bodies, with their rates and accelerations.
     for name, body in model.bodies.items():
         n = model.first_coordinates[name] + np.arange(body.size)
         places = [n, state.velocity + n, state.acceleration + n, a + n, anew + n]
         labels["body", name, 0] = np.concatenate(places)
+    # Angles, in the order in which the engine numbers them.
     entries = model.entries.items()
     angles = [owner for owner, row in model.constraints for _ in row.polar]
     angles += [owner for owner, f in model.frictions for _ in f.whole_travel.polar]
@@ -318,6 +324,7 @@ def _labels(system: System) -> dict[Label, np.ndarray]:
     angles += [owner for owner, entry in entries for _ in entry.moments]
     angles += [f"sensors of {point}" for point in model.sensor_points]
     labels |= _row_labels("angle", angles, state.angle)
+    # Memory of springs, friction and force laws.
     labels |= _row_labels("spring", [owner for owner, _ in model.springs], rest)
     laws = [(owner, law) for owner, entry in entries for law in entry.laws]
     states = [owner for owner, law in laws for _ in law.states]
@@ -326,6 +333,7 @@ def _labels(system: System) -> dict[Label, np.ndarray]:
     labels |= _row_labels("law state", states, state.law_state, copies=STATE_ROWS)
     if states:
         labels["rule", "", 0] = np.arange(state.rule, state.sliding)
+    # Gaps of contacts and events.
     gaps = [owner for owner, law in laws for _ in law.events]
     labels |= _row_labels("gap", gaps, state.gap)
     rows = rows_of_gaps.py_func(state)

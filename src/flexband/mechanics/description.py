@@ -41,6 +41,7 @@ def describe(mechanism: Mechanism) -> str:
     system, z, redundant, names = mobility
     changes = report(system, corrections(system, z, np.zeros(1, dtype=int)))
 
+    # A table for each kind of parts.
     owners = system.constraints
     bodies = [
         [name, type(body).__name__, f"{_mass(body):.4g}", str(body.size)]

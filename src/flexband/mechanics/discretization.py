@@ -69,6 +69,7 @@ def discretization_error(
             half if fine_mechanism is mechanism else run(fine_mechanism, substeps=substeps),
         ]
 
+    # With half the step, and then with twice the elements as well.
     order_factor = 4 / 3  # at second order
     tenth = _with_tenth(mechanism, integrator)
     if tenth:
@@ -84,6 +85,7 @@ def discretization_error(
                 at_half.copy(data=np.where(halved_mask, at_quarter, at_half))
                 for at_half, at_quarter in zip((half, fine), refined(4), strict=True)
             )
+    # Errors over the whole motion and in windows.
     parts = {"step_error": coarse - half, "mesh_error": half - fine, "error": coarse - fine}
     parts = {name: order_factor * part for name, part in parts.items()}
     scale = _scale(fine)

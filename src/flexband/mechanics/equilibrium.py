@@ -90,6 +90,7 @@ def equilibrium(
     steps, at, threads = check_steps(steps), check_time(time), thread_count(threads)
     system = assemble(mechanism)
     values_of = pack(system, np.array([at, at + 1.0]))
+    # Results, by sample.
     outputs = np.empty((system.samples, len(system.outputs)))
     failures = np.zeros((system.samples, 4))
     stable = np.zeros(system.samples, dtype=bool)
@@ -118,13 +119,16 @@ def equilibrium(
                     redundant.add(int(sample))
         return len(samples)
 
+    # Solve all blocks; the first one compiles if need be.
     if not statics.codes:
         while_compiling(lambda: block_equilibria(system, values_of(0), 1, samples=1))
     in_parallel(settle, blocks, system.samples, threads)
     raise_failures(failures, system, np.zeros(1))
+    # Warn of what may make the result useless.
     _warn_of_unstable(stable)
     strains = Members(system).largest(rests[None], np.arange(system.samples))
     warn_of_large_strains(system, strains, failures[:, 0] > 0)
+    # Label the outputs, with attributes on what is special.
     result = xr.DataArray(
         outputs,
         dims=("sample", "output"),

@@ -81,6 +81,7 @@ class ModalResponse(AtRest):
                 f"nominal must name the arguments {', '.join(values) or 'of the builder'}; got "
                 f"{', '.join(self.nominal) or 'none'}"
             )
+        # The modes at the nominal values, all of different frequencies.
         start = self._modes(self.mechanism(self.nominal))
         if start.frequency.shape[1] < self.modes:
             raise InputError(
@@ -95,6 +96,7 @@ class ModalResponse(AtRest):
                 f"nominal values, {first[close[0]]:g} Hz, so that their shapes are arbitrary; "
                 "choose other nominal values"
             )
+        # Follow them to the modes at the values.
         modes = self._modes(mechanism)
         reference = start.take(np.zeros(len(modes.frequency), dtype=int))
         reference = Followed(*(array[..., : self.modes] for array in reference))
@@ -105,8 +107,8 @@ class ModalResponse(AtRest):
         )
         if lost_count:
             warn(
-                f"modes of {lost_count} of {number_of(len(modes.frequency), 'run')} agree with none "
-                "by shape; the frequencies of the nearest ones are taken"
+                f"modes of {lost_count} of {number_of(len(modes.frequency), 'run')} agree with "
+                "none by shape; the frequencies of the nearest ones are taken"
             )
         names = [f"frequency {k + 1}" for k in range(self.modes)]
         return xr.DataArray(
@@ -137,7 +139,7 @@ class ModalResponse(AtRest):
         candidates: Followed,
         halvings: int,
     ) -> tuple[Followed, int]:
-        """Return the modes at `end_values` that continue a reference, and how many runs lose one."""
+        """Return the modes at `end_values` that continue a reference, and how many are lost."""
         matches, clear = _match_modes(reference, candidates, self.tracking)
         result = Followed(
             np.take_along_axis(candidates.frequency, matches, axis=1),
@@ -147,6 +149,7 @@ class ModalResponse(AtRest):
         unclear = np.flatnonzero(~clear)
         if not len(unclear) or not halvings:
             return result, len(unclear)
+        # Follow unclear modes over the middle of the way.
         ends = [
             {k: _part(v, unclear) for k, v in values.items()}
             for values in (start_values, end_values)

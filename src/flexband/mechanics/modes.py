@@ -179,6 +179,7 @@ def sample_modes(
         system, Thickness(mechanism), count, about == "start", steps, thickness, spins,
         about == "sliding",
     )  # fmt: skip
+    # Solve block by block.
     failures = np.zeros((system.samples, 4))
     samples = []
     unbalanced = []

@@ -57,6 +57,7 @@ class PeriodicStart(Start):
         method = method._replace(
             attempts=2, matrices=NEWTON.factorizations if limits else method.matrices
         )
+        # Functions of time over one period.
         times = step * np.arange(round(self.period / step) + 1)
         with without_warnings():
             values_of = pack(system, times, run.samples, limits and limits.tolerance)
@@ -104,6 +105,7 @@ class PeriodicStart(Start):
         failure: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the fixed point of each lane, and its failure."""
+        # Iterate until all lanes are done or have failed.
         lanes = [_Iteration(self) for _ in range(WIDTH)]
         for _ in range(self.max_periods):
             g, period_failure = after_period(x)
@@ -116,6 +118,7 @@ class PeriodicStart(Start):
                 iteration.done or failure[0, lane] for lane, iteration in enumerate(lanes)
             ):
                 break
+        # Refuse motions that do not converge, or hardly become periodic.
         for lane, iteration in enumerate(lanes):
             radius = iteration.spectral_radius()
             if not failure[0, lane] and (not iteration.done or radius > self.max_radius):

@@ -157,6 +157,7 @@ class DynamicResponse(SensorResponse):
         its impacts.
         """
         mechanism = self.built(values)
+        # What can be refined, and what is left to the method.
         elements = elements_of(mechanism, self.element_parts)
         limits = self._integrator(mechanism).step_limits(mechanism.model.state, self.step)
         refinements = {"step": self.refined(element_parts=1)}
@@ -247,6 +248,7 @@ class DynamicResponse(SensorResponse):
             As `simulate` does; the message gives the inputs of the failed runs. Without a given
             step, runs that diverge are not completed with half of it: the step is too long.
         """
+        # Build and simulate all samples.
         arrays = {name: v for name, v in values.items() if not callable(v)}
         samples = samples_of(arrays)
         with without_warnings(when=self.original is not None):
@@ -271,6 +273,7 @@ class DynamicResponse(SensorResponse):
                 raise self.with_inputs(error, values) from None
             except RunError as error:
                 raise self.with_inputs(error, values, self._difference()) from None
+        # Warn of runs whose step's error is not seen.
         if "halved_step" in motion.attrs:
             halved_samples = motion.attrs["halved_step"]
             text = (
@@ -284,6 +287,7 @@ class DynamicResponse(SensorResponse):
                     for k in halved_samples
                 ],
             )
+        # Leave out the time that the slow start takes.
         if self.ramp_time:
             later = motion.isel(time=slice(round(self.ramp_time / 2 / self.output_step), None))
             motion = later.assign_coords(time=later["time"] - self.ramp_time / 2)

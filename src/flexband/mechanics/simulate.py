@@ -196,6 +196,7 @@ def simulate_system(
     Functions of time reach their pace after a `ramp_time` [s]. If it is not `complete`, samples
     that diverge are not completed with half the step, but fail.
     """
+    # Check the arguments.
     check_instance("mechanism", mechanism, Mechanism)
     integrator = GeneralizedAlpha() if integrator is None else integrator
     check_instance("integrator", integrator, GeneralizedAlpha)
@@ -205,17 +206,20 @@ def simulate_system(
     check_flag("keep_state", keep_state)
     substeps = check_integer("substeps", grid.substeps, 1, 1_000_000)
     count = whole_steps(grid.duration, grid.step, substeps) * substeps + 1
+    # Assemble, and say how runs start.
     system, begins = start_runs(mechanism, start, period, float(grid.step), ramp_time)
     grid = grid._replace(begin=system.first_time)
     check_sensors(mechanism, grid)
     warn_of_springs(system, start)
     limits = integrator.step_limits(system.structure.state, grid.step)
     check_memory(system, count, threads, substeps, polynomials=limits is not None)
+    # Run all samples.
     times = grid.times()
     run = partial(
         run_samples, system, integrator=integrator, start=begins, keep=keep_state, threads=threads
     )
     batch = run(times=times, every=substeps, progress=progress)
+    # Complete samples that diverge with half the step.
     retry_samples = np.flatnonzero(
         np.isin(batch.failures[:, 0], (FAILURE.diverged, FAILURE.contradicted, FAILURE.law_failed))
     )
@@ -226,6 +230,7 @@ def simulate_system(
             times=halves.times(), samples=retry_samples, every=halves.substeps, attempts=2
         )
         _replace_samples(batch, retry_batch, retry_samples, system, halves, integrator)
+    # Label the outputs.
     result = xr.DataArray(
         batch.outputs,
         dims=("sample", "output", "time"),
@@ -241,6 +246,7 @@ def simulate_system(
         batch.outputs[list(error.failures)] = np.nan
         error.results = result
         raise
+    # Warn of what may spoil the result, and note it in the attributes.
     if not limits:
         warn_of_large_steps(batch.turned, system, times, integrator)
     warn_of_unresolved(system, batch.unresolved, times)

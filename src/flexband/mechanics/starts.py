@@ -39,6 +39,7 @@ class StaticStart(Start):
         system = run.system
         state = system.structure.state
         samples = run.samples
+        # Joints that switch do not do so at rest: equilibria are those of another system.
         values_of = None
         if mechanism.switches:
             system = replace(assemble(mechanism.at_rest()), samples=run.system.samples)
@@ -54,6 +55,7 @@ class StaticStart(Start):
             rest_failure = np.where(failure[0] > 0, failure, rest.failure)
             if values_of:
                 rest_failure[2] = -1.0  # constraints have other numbers
+            # Take over the equilibrium of each lane, if it is stable.
             for lane in range(WIDTH):
                 balance = rest.balances[min(lane, count - 1)]
                 rest_failure[:, lane] = rest_failure[:, min(lane, count - 1)]

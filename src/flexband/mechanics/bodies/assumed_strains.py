@@ -51,9 +51,8 @@ def line_stiffness(
     `excess_stiffness` is added to EA where the axis is stretched at the ends and compressed in the
     middle.
     """
-    parabola_term = (
-        np.sum(excess_stiffness * np.ones_like(EA), axis=-1) / 45
-    )  # of Legendre's parabola
+    # The stiffness by Legendre's parabola, whose factors are below.
+    parabola_term = np.sum(excess_stiffness * np.ones_like(EA), axis=-1) / 45
     ii, im, ij, mm, mj, jj = (
         number + factor * parabola_term
         for number, factor in zip(

@@ -84,6 +84,7 @@ class CentreLine(Body):
         elements = check_integer(f"{name} elements", self.elements, 1, 100_000)
         object.__setattr__(self, "elements", elements)
         check_integer(f"{name} elements_per_node", self.elements_per_node, 1, elements)
+        # Divisions are increasing fractions.
         places = [0.0, *self.divisions, 1.0] if isinstance(self.divisions, tuple) else [0.0]
         numeric = all(isinstance(place, float) for place in places)
         if not (numeric and np.all(np.diff(places) > 0) and len(places) > 1):
@@ -341,6 +342,7 @@ class CentreLine(Body):
     def frame(self, name: str, first: int) -> PlanarFrame:
         place = self.located(name)
         rows = first + self.element_rows
+        # At a node the frame is that of the node.
         if place == self.elements:
             return self.node_frame(int(rows[-1]) + self.per_node)
         element = int(place)
@@ -351,6 +353,7 @@ class CentreLine(Body):
             return replace(a, axes=(scale(0.5, add(before.x, a.x)), a.y))
         if place == element:
             return a
+        # Within an element it is interpolated between those of its nodes.
         xi = place - element
         length = self.length_of(element)
 

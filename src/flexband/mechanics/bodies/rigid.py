@@ -172,16 +172,19 @@ class RigidBody(Body):
         x, y = (np.stack(np.broadcast_arrays(*axis)) for axis in zip(*corners, strict=True))
         x2 = np.roll(x, -1, axis=0)
         y2 = np.roll(y, -1, axis=0)
+        # Area by the shoelace formula.
         cross_products = x * y2 - x2 * y
         area = cross_products.sum(axis=0) / 2
         turn = np.sign(area)
         per_area = thickness * rho
         check_positive("area enclosed by the polygon vertices [m²]", area * turn)
+        # Refuse outlines that cross; doubled corners are left out.
         edge_starts = np.flatnonzero(np.any((x != x2) | (y != y2), axis=tuple(range(1, x.ndim))))
         edge_pair = _touching_edges(*(v[edge_starts].reshape(len(edge_starts), -1) for v in (x, y)))
         if edge_pair is not None:
             edges = " and ".join(f"from vertex {edge_starts[k]}" for k in edge_pair)
             raise InputError(f"polygon vertices must not cross: the edges {edges} meet")
+        # Centre of mass, mass and inertia about it.
         cx = ((x + x2) * cross_products).sum(axis=0) / (6 * area)
         cy = ((y + y2) * cross_products).sum(axis=0) / (6 * area)
         squares = x * x + x * x2 + x2 * x2 + y * y + y * y2 + y2 * y2
@@ -285,11 +288,13 @@ def _touching_edges(x: np.ndarray, y: np.ndarray) -> tuple[int, int] | None:
     start = np.stack([x, y])
     end = np.roll(start, -1, axis=1)
     after = np.roll(start, -2, axis=1)
+    # Neighbours touch where the outline turns back.
     reversals = _orientation(start, end, after) == 0
     reversals &= _forward(start, end, after) < 0
     if reversals.any():
         k = int(np.argwhere(reversals)[0, 0])
         return k, (k + 1) % count
+    # Others touch where each one's ends are not on one side of the other one.
     for k in range(count - 2):
         others = slice(k + 2, count - (k == 0))
         p = start[:, k, None]

@@ -89,6 +89,7 @@ def damping_coefficient(depth, elastic, mode, mass, p):
     speed = maximum(-mode, p[3])
     impact_over = less(mass, none)
     mass = magnitude(mass)
+    # From the restitution of the impact, and from the damping of vibrations.
     of_impact = p[2] * elastic / speed
     tangent = n * elastic / maximum(depth, filled(1e-300))
     of_vibration = 2.0 * p[4] * sqrt(tangent * mass)
@@ -129,14 +130,17 @@ def _law_of(kernel: Callable[..., tuple], count: int) -> Callable[[int], None]:
         x2 = load_rows(memory, second_x, AXES)
         v1 = load_rows(memory, v, AXES)
         v2 = load_rows(memory, second_v, AXES)
+        # The gap, its normal, and where the bodies touch, from their centres.
         gap, nx, ny, ax, ay, bx, by = kernel((x1, x2), p[LAW_PARAMETERS:])
         ax = ax - x1[0]
         ay = ay - x1[1]
         bx = bx - x2[0]
         by = by - x2[1]
+        # Rate of the gap.
         vx = v1[0] - v1[2] * ay - v2[0] + v2[2] * by
         vy = v1[1] + v1[2] * ax - v2[1] - v2[2] * bx
         rate = nx * vx + ny * vy
+        # The force, and its moments on both bodies.
         F, loss = normal_force(-gap, -rate, load(memory, mode), load(memory, mode + 5), p)
         first = F * (ax * ny - ay * nx)
         second = F * (by * nx - bx * ny)

@@ -343,6 +343,7 @@ class Prismatic(LineJoint, AlignedJoint):
         along = _unit(turn)
         across = _unit(turn + math.pi / 2)
         contacts = []
+        # Each corner touches the wall on its side.
         for end, wall in product((-1.0, 1.0), repeat=2):
             normal = wall * y, -wall * x
             centre_x, centre_y = (

@@ -158,6 +158,7 @@ def every_lane(lanes, at, lines, law, report):  # noqa: PLR0912
     states = at.b - at.y
     points = axes // 3
     count = points + len(lines)
+    # Memory of one lane, and views of its parts.
     column = np.empty(at.end)
     places = np.empty((3, count, 3))
     scratch = scratch_of(np.empty(scratch_size(states, axes)), states, axes)
@@ -176,12 +177,14 @@ def every_lane(lanes, at, lines, law, report):  # noqa: PLR0912
     pace = column[at.pace : at.stiffness]
     wants_stiffness = lanes[at.differentiated, 0] > 0.0
     first, last = (at.stiffness, at.end) if wants_stiffness else (at.force, at.gap_end)
+    # See whether lanes differ in what the law reads.
     difference_count = 0
     for k in range(at.stiffness):
         is_filled = at.force <= k < at.y or at.rate <= k < at.mode
         if not (is_filled or at.gap <= k < at.differentiated):
             for lane in range(1, WIDTH):
                 difference_count += lanes[k, lane] != lanes[k, 0]
+    # Call the law lane by lane.
     success = False
     for lane in range(WIDTH):
         finite_inputs = True
@@ -210,6 +213,7 @@ def every_lane(lanes, at, lines, law, report):  # noqa: PLR0912
                     pass_on(lines, points, x, force)
                     for k in range(axes):
                         column[at.force + k] = force.flat[k]
+        # Hand back the results, NaN where it failed.
         success = outcome == OUTCOME.ran
         for k in range(first, last):
             lanes[k, lane] = column[k] if success else np.nan
@@ -367,10 +371,12 @@ def _compile_with_checks(law, done: dict[int, Dispatcher]) -> Dispatcher:
     def replaced(value):
         return _compile_with_checks(value, done) if isinstance(value, Dispatcher) else value
 
+    # Replace compiled functions among the globals and in the closure.
     reads = _names(function.__code__) | {"__builtins__", "__name__"}
     global_values = {n: replaced(v) for n, v in function.__globals__.items() if n in reads}
     cells = {n: CellType(replaced(v)) for n, v in _cells(function)}
     closure = tuple(cells.get(n, CellType()) for n in function.__code__.co_freevars)
+    # Compile a copy that reads these.
     name = function.__name__
     defaults = function.__defaults__
     copy = FunctionType(function.__code__, global_values, name, defaults, closure)

@@ -45,6 +45,7 @@ def add_lines(lines, points, x, v):
         dv = v[i, 1] - v[j, 1]
         x[row, 2] = x[i, 2] - x[j, 2]
         v[row, 2] = v[i, 2] - v[j, 2]
+        # In the axes of the second body, or along the line itself.
         if lines[n, 2]:
             c = np.cos(x[j, 2])
             s = np.sin(x[j, 2])
@@ -69,6 +70,7 @@ def pass_on(lines, points, x, force):
         row = points + n
         dx = x[i, 0] - x[j, 0]
         dy = x[i, 1] - x[j, 1]
+        # The force in global axes; in those of the second body it turns that one as well.
         if lines[n, 2]:
             c = np.cos(x[j, 2])
             s = np.sin(x[j, 2])

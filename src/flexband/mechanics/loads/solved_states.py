@@ -205,11 +205,13 @@ def solve(call, arrays, scratch):  # noqa: PLR0911, PLR0912
     if not evaluate(call, arrays, rest):
         return OUTCOME.error
     for _ in range(SOLVER.iterations):
+        # Solved, if nothing is missing at all.
         rests = False
         for k in range(states):
             rests = rests or rest[k] != 0.0
         if not rests:
             return OUTCOME.ran
+        # Differentiate anew, and weigh each equation by its terms.
         if fresh:
             if not differentiate(call, arrays, scratch):
                 return OUTCOME.error
@@ -218,11 +220,13 @@ def solve(call, arrays, scratch):  # noqa: PLR0911, PLR0912
                 for k in range(states):
                     part = abs(scratch.jacobian[i * states + k]) * size[k]
                     scratch.weight[i] = max(part, scratch.weight[i])
+        # Newton's correction.
         for i in range(states):
             before[i] = y[i]
             move[i] = -rest[i]
         excess = largest(rest, scratch.weight)
         eliminate(scratch, move)
+        # Halve it until the equations are better met.
         part = 1.0
         for _ in range(SOLVER.halvings):
             for k in range(states):
@@ -233,6 +237,7 @@ def solve(call, arrays, scratch):  # noqa: PLR0911, PLR0912
             if remaining < excess or remaining < SOLVER.tolerance:
                 break
             part = 0.5 * part
+        # Stop where what remains is rounding.
         for k in range(states):
             size[k] = max(abs(y[k]), size[k], 1e-300)
         change = largest(move, size)
@@ -242,6 +247,7 @@ def solve(call, arrays, scratch):  # noqa: PLR0911, PLR0912
         error = change * min(change / last, 1.0) if regular else change
         if error < SOLVER.tolerance or (change < SOLVER.stalled and change > 0.5 * last):
             return OUTCOME.ran
+        # Keep the derivatives while corrections shrink fast.
         reference = last if last < np.inf else 1.0
         fresh = part < 1.0 or change > SOLVER.reuse_ratio * reference
         last = change
@@ -266,6 +272,7 @@ def fill_stiffness(call, arrays, nudge, pace, stiffness, scratch):  # noqa: PLR0
     by_state = scratch.by_state
     for k in range(states):
         scratch.size[k] = size_of(call, arrays, k)
+    # Differences of the places, with all states as they are.
     for j in range(axes):
         place = x.flat[j]
         speed = v.flat[j]
@@ -287,6 +294,7 @@ def fill_stiffness(call, arrays, nudge, pace, stiffness, scratch):  # noqa: PLR0
                 by_axis[k * axes + j] += (0.5 * sign) * scratch.rest[k] / nudge[j]
         x.flat[j] = place
         v.flat[j] = speed
+    # Differences of the states, with all places as they are.
     add_lines(call.lines, call.points, x, v)
     for k in range(states):
         for i in range(axes):
@@ -305,6 +313,7 @@ def fill_stiffness(call, arrays, nudge, pace, stiffness, scratch):  # noqa: PLR0
             for i in range(states):
                 scratch.jacobian[i * states + k] += (0.5 * sign) * scratch.rest[i] / width
         y[k] = before
+    # States follow the places such that they agree with their rates.
     for j in range(axes):
         if states > 0 and nudge[j] != 0.0:
             for k in range(states):
@@ -335,6 +344,7 @@ def eliminate(scratch, x):
     for i in range(n):
         for j in range(n):
             matrix[i * n + j] = scratch.jacobian[i * n + j]
+    # Eliminate downwards, with the largest pivot of each column.
     for k in range(n):
         pivot = k
         for i in range(k + 1, n):
@@ -348,6 +358,7 @@ def eliminate(scratch, x):
             for j in range(k, n):
                 matrix[i * n + j] -= factor * matrix[k * n + j]
             x[i] -= factor * x[k]
+    # Substitute back.
     for k in range(n - 1, -1, -1):
         for j in range(k + 1, n):
             x[k] -= matrix[k * n + j] * x[j]

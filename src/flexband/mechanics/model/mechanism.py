@@ -61,6 +61,7 @@ class Mechanism:
         return Model(self.bodies, self.joints, self.loads, self.sensors, self.branches)
 
     def __post_init__(self) -> None:
+        # Own copies of the parts, checked one by one.
         kinds = ("body", Body), ("joint", Joint), ("load", Load), ("sensor", Sensor)
         for name, (kind, base) in zip(("bodies", "joints", "loads", "sensors"), kinds, strict=True):
             object.__setattr__(self, name, owned_parts(name, kind, base, getattr(self, name)))
@@ -68,6 +69,7 @@ class Mechanism:
             raise InputError("a Mechanism needs at least one body; got none")
         for name, body in self.bodies.items():
             name_errors(f"body {name!r}", check_body, body)
+        # Bodies are divided where something acts on them.
         object.__setattr__(self, "bodies", Fixed(self._divided()))
         (first, dimension), *others = ((k, body.dimension) for k, body in self.bodies.items())
         for name, other in others:
@@ -81,6 +83,7 @@ class Mechanism:
         for name, angle in self.branches.items():
             within("body", name, self.bodies)
             check_finite(f"branches[{name!r}] [rad]", angle)
+        # Check what parts enter into the equations.
         for name, joint in self.joints.items():
             name_errors(f"joint {name!r}", self._check_joint, joint)
         model = self.model

@@ -73,6 +73,7 @@ class Average(OfSensor):
                 end = int(np.argmax(t))  # rows of a sample that failed are zero after it
                 averages[..., lane] = integral[:, end : end + 1] / (last - first)
                 continue
+            # A window that moves: the change of the integral over its length.
             begin = np.maximum(t - self.length, t[0])
             before = np.array([np.interp(begin, t, series) for series in integral])
             mean = (integral - before) / np.where(t > t[0], t - begin, 1.0)

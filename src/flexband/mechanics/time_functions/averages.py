@@ -43,6 +43,7 @@ class ChordMiss(NamedTuple):
         high = values.max(axis=0)
         chord, half_chord, beyond = np.zeros((3, steps, values.shape[1]))
         part = np.arange(per)[:, None] / per
+        # Look at blocks of steps, so that a call takes no more points than allowed.
         for first in range(0, steps, count):
             block = slice(first, min(first + count, steps))
             number = block.stop - block.start
@@ -56,6 +57,7 @@ class ChordMiss(NamedTuple):
                 f.max(axis=1) - np.maximum(starts, ends)[:, 0],
                 np.minimum(starts, ends)[:, 0] - f.min(axis=1),
             )
+            # Compare with the chords of the step and of its halves.
             middle = f[:, per // 2, None]
             half = 2 * part[: per // 2]
             chord[block] = np.abs(f - (starts + part * (ends - starts))).max(axis=1)
@@ -118,10 +120,12 @@ class Averaging:
             self._warn(at, times, peaks)
         steps = len(times) - 1
         h = times[1] - times[0]
+        # Mark the ends of these steps, and the steps under their hats.
         ends = np.zeros(values.shape, dtype=bool)
         ends[:-1] |= average_mask
         ends[1:] |= average_mask
         hat_steps = np.flatnonzero((ends[:-1] | ends[1:]).any(axis=1))
+        # Integrate step by step, weighted with the hats of both ends.
         count = self.points if at.at_once else self.calls
         part = (np.arange(count) + 0.5) / count
         total = np.zeros(values.shape)
@@ -194,6 +198,7 @@ def divisions(
     """
     h = times[1] - times[0]
     last = len(times) - 2
+    # Select steps with something between their values, and those with a breakpoint.
     at_break = np.clip(((breakpoints.after - times[0]) / h).astype(int), 0, last)
     looked_at = averaging.noticed(chord_miss)
     looked_at[at_break, breakpoints.column] = True
@@ -202,15 +207,18 @@ def divisions(
     column = np.r_[columns, breakpoints.column]
     before = np.r_[times[steps], breakpoints.before]
     low = np.r_[times[steps], breakpoints.after]
+    # Split them at their breakpoints into smooth intervals.
     order = np.lexsort((low, step, column))
     step, column, before, low = (array[order] for array in (step, column, before, low))
     high = times[step + 1]
     same = (np.diff(column) == 0) & (np.diff(step) == 0)
     high[:-1] = np.where(same, before[1:], high[:-1])
+    # Measure how far the function is from the chord of each interval.
     grid = np.linspace(low, np.maximum(low, high), points, axis=1)
     f = at.points(grid.ravel(), np.repeat(column, points)).reshape(grid.shape)
     chords = np.linspace(f[:, 0], f[:, -1], points, axis=1)
     miss = np.abs(f - chords).max(axis=1, initial=0.0) / chord_miss.spread[column]
+    # Divide those that miss too much, the more the further.
     brief = few(column[miss > averaging.noticed_miss], at.columns, max_divided * (last + 1))
     divide_mask = miss > np.where(brief, averaging.noticed_miss, averaging.min_miss)[column]
     parts = np.ceil(np.sqrt(miss / remaining_miss)).clip(1, max_parts)

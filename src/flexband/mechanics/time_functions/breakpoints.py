@@ -121,8 +121,10 @@ class BreakpointSearch:
         noise = ROUNDING * largest
         if at.breakpoint_times is not None:
             return self._stated(at, times, scale, at.breakpoint_times, spacing)
+        # Look for differences that stand out on a coarse grid.
         smallest = np.maximum(self.min_change * scale, noise)
         column, centre = self._suspected(at, times, step_mask, smallest, per, order=2)
+        # Look at them on a finer grid, and narrow each down.
         start = np.clip(centre - 2 * spacing, times[0], times[-1] - 4 * spacing)
         grid = np.linspace(start, start + 4 * spacing, self.finer_points, axis=1)
         f = at.points(grid.ravel(), np.repeat(column, self.finer_points)).reshape(grid.shape)
@@ -154,6 +156,7 @@ class BreakpointSearch:
         noise = rounding_of_sums * largest
         smallest = np.maximum(self.min_change * curvature * spacing**2, noise)
         everywhere = np.ones((steps, at.columns), dtype=bool)
+        # Look for third differences that stand out.
         column, centre = self._suspected(at, times, everywhere, smallest, per, order=3)
         before = np.clip(centre - 2 * spacing, times[0], times[-1] - 4 * spacing)
         curvature_jumps = self._narrowed(at, column, before, before + 4 * spacing, noise, order=3)
@@ -161,6 +164,7 @@ class BreakpointSearch:
         curvature_jumps = curvature_jumps.those(
             few(curvature_jumps.column, at.columns, steps)[curvature_jumps.column]
         )
+        # Leave out those that are at old breakpoints.
         line = 2 * (times[-1] - times[0])  # columns one after the other
         old_places, new_places = (
             points.column * line + points.before for points in (breakpoints, curvature_jumps)
@@ -184,6 +188,7 @@ class BreakpointSearch:
         columns = [np.zeros(0, dtype=int)]
         centres = [np.zeros(0)]
         count = max(1, self.points_at_once // ((per + 4) * at.columns))
+        # Look at blocks of steps, with two intervals more on either side.
         for first in range(0, len(steps), count):
             block = steps[first : first + count]
             start = np.clip(times[block] - 2 * spacing, times[0], times[-1] - (per + 4) * spacing)
@@ -198,6 +203,7 @@ class BreakpointSearch:
             centres.append(grid[row // at.columns, place][mask])
         column = np.concatenate(columns)
         centre = np.concatenate(centres)
+        # Columns with too many of them are noise.
         mask = few(column, at.columns, self.max_per_step * (len(times) - 1))[column]
         return column[mask], centre[mask]
 
@@ -229,6 +235,7 @@ class BreakpointSearch:
         before = before.copy()
         after = after.copy()
         going = np.ones(len(column), dtype=bool)
+        # Divide each interval, and go on in the parts of the largest difference.
         for level in range(self.levels):
             k = np.flatnonzero(going)
             if not len(k):
@@ -251,6 +258,7 @@ class BreakpointSearch:
                 np.abs(after[k]), after[k] - x[:, 0]
             )
             going[k] = mask & wide
+        # Read from the last levels by which power of the spacing the difference falls.
         levels = np.count_nonzero(sizes, axis=0)
         first = np.maximum(levels - self.latest_levels, 0)
         k = np.flatnonzero(levels > 1)

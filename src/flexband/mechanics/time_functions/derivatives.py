@@ -19,6 +19,7 @@ def derivatives(
     """
     rounding = 6 * np.finfo(float).eps * np.abs(values).max(initial=0.0)
     stride = 1
+    # Widen the stride until rounding is small beside f″.
     while True:
         differences = _differences(values, stride)
         curvature = np.abs(differences[:, 1]).max(initial=0.0)

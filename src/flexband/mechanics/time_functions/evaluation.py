@@ -29,6 +29,7 @@ class Evaluation:
         self.breakpoint_times = (
             None if breakpoint_times is None else np.asarray(breakpoint_times, dtype=float)
         )
+        # Try which layout of many times gives the values of single ones.
         probes = times[0] + (times[-1] - times[0]) * np.array([0.0, 0.11, 0.37, 0.83, 1.0])
         probe_values = self._one_by_one(probes)
         tolerance = rounding * np.abs(probe_values).max()
@@ -59,6 +60,7 @@ class Evaluation:
         if not self._by_sample:
             distinct, inverse = np.unique(times, return_inverse=True)
             return self._one_by_one(distinct)[inverse, columns]
+        # Call it with one time per column: first points of all columns, second ones, …
         values = np.empty(len(times))
         order = np.argsort(columns, kind="stable")
         rank = np.empty(len(times), dtype=int)  # of a point among those of its column

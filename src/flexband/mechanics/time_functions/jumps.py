@@ -44,10 +44,12 @@ def refuse_jumps(name: str, function: TimeFunction, times: np.ndarray, values: n
     spread = np.ptp(values, axis=0).max()
     largest = np.abs(values).max()
     threshold = max(search.min_jump * spread, search.rounding * largest, search.floor)
+    # Rank the intervals by how sharp changes are in them.
     sharp = _sharpness(values)
     coarse = np.repeat(_sharpness(values[::2]), 2)
     lasting = sharp > np.maximum(search.lasting * coarse, threshold)
     count = min(max(search.min_intervals, np.count_nonzero(lasting)), search.max_intervals)
+    # Divide the sharpest ones until the change vanishes, or stays: a jump.
     for k in np.lexsort((sharp, lasting))[::-1][:count]:
         if sharp[k] <= threshold:
             break

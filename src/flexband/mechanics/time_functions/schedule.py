@@ -131,6 +131,7 @@ def _rounds(
     """Return the rounds of one sample: part, number, time, limit and side, shape (rounds, 5)."""
     h = times[1] - times[0]
     last = len(times) - 1
+    # Without breakpoints the rounds are the times.
     number = np.arange(last + 1.0)
     rows = np.stack([np.ones(last + 1), number, times, times, np.zeros(last + 1)], axis=1)
     order = np.argsort(before)
@@ -139,6 +140,7 @@ def _rounds(
     impulsive = impulsive[order]
     if not len(before):
         return rows
+    # Breakpoints that are close together are one.
     group = np.cumsum(np.r_[0, np.diff(before) > SHORTEST_PART * h])
     places = []
     extra = []
@@ -150,6 +152,7 @@ def _rounds(
         on_time = abs(low - times[number]) < SHORTEST_PART * h
         if on_time and number == last:
             break
+        # Within a step: a part up to it, and the remaining part after it.
         if not on_time:
             number = min(int(np.ceil((low - times[0]) / h)), last)
             previous_end = max(previous_end, times[number - 1])
@@ -159,6 +162,7 @@ def _rounds(
             previous_end = high
         elif number:
             rows[number, 3:] = low, -1.0
+        # At it: an impulse if need be, and new accelerations.
         moment = times[number] if on_time else low
         jump = [(RESTART, number, moment, high, 1.0)]
         if impulsive[group == k].any():

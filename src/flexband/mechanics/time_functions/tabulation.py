@@ -53,6 +53,7 @@ def tabulate(
     a run that only starts. With the `tolerance` of steps that are chosen freely they are
     polynomials, and loads are neither averaged nor divided.
     """
+    # Look at each function on its own; drives of the same function share its table.
     series: list[_TabulatedFunction] = []
     motions: dict[TimeFunction, _Motion] = {}
     names: list[str] = []
@@ -75,6 +76,7 @@ def tabulate(
                 drive = _Drive.from_motion(motions[user], outer, times)
                 refuse_jumps(driven[f], function, _fine(times), drive.fine)
                 series.append(drive)
+    # Warn of impulses.
     for name, motion in zip(names, motions.values(), strict=True):
         if motion.breaks and motion.breaks.impulsive.any():
             first = motion.breaks.points.before[motion.breaks.impulsive].min()
@@ -84,11 +86,13 @@ def tabulate(
                 "which reactions leave out",
                 ResolutionWarning,
             )
+    # Divide the run at all breakpoints.
     breaks = [function.breaks for function in series if function.breaks]
     schedule = schedule_rounds(times, samples, breaks)
     polynomials = None
     if tolerance is not None:
         schedule, polynomials = PolynomialFit().fitted(series, schedule, times, tolerance)
+    # Evaluate the functions in the rounds.
     rounds, _ = schedule.parts.shape
     values = [np.ones((rounds, 1))]
     rates = [np.zeros((rounds, 2, 1))]
@@ -164,12 +168,14 @@ class _Load(_TabulatedFunction):
         if len(times) == 2 and averaging:
             return _Load(None, at_each(function, samples, times))
         (values, at), search = table(function, samples, times), BreakpointSearch()
+        # Locate kinks and jumps.
         chord_miss = ChordMiss.from_values(at, times, values, search)
         step_mask = (averaging or Averaging()).noticed(chord_miss)
         points = Breakpoints.none()
         if step_mask.any() or at.breakpoint_times is not None:
             points = search.locate(at, times, step_mask, chord_miss.spread, chord_miss.largest)
         if averaging and (step_mask.any() or at.breakpoint_times is not None):
+            # Average over steps that half the step would not resolve; breakpoints divide theirs.
             average_mask = averaging.unresolved(chord_miss)
             step = (points.before - times[0]) / (times[1] - times[0])
             for neighbour in (step - SHORTEST_PART, step + SHORTEST_PART):
@@ -211,12 +217,14 @@ class _Motion:
         search = BreakpointSearch()
         user = function
         text = ""
+        # A motion is that of the user's function, before a sine or cosine is taken.
         if isinstance(function, Composed):
             user = function.inner
             text = function.name
         values, at = table(user, samples, fine, text)
         if len(times) == 2:
             return _Motion(at, values, None)
+        # Locate kinks and jumps by their size relative to the motion's curvature.
         spacing = (times[1] - times[0]) / search.points_in_step(at, len(times) - 1)
         rate = np.abs(np.diff(values, axis=0)).max(axis=0) / (fine[1] - fine[0])
         everywhere = np.ones((len(times) - 1, at.columns), dtype=bool)
@@ -283,6 +291,7 @@ class _Drive(_TabulatedFunction):
 
         values[row, column] = points(schedule.times[row, column % width][:, None], column)[:, 0]
         breaks = self.breaks.points if self.breaks else Breakpoints.none()
+        # Select the rounds whose derivatives would be taken across a breakpoint.
         break_mask = np.zeros((len(values), values.shape[1]), dtype=bool)
         break_mask[row, column] = True
         for c in range(values.shape[1]):
@@ -291,6 +300,7 @@ class _Drive(_TabulatedFunction):
             for time in breaks.before[breaks.column == c % at.columns]:
                 break_mask[:, c] |= np.abs(moment - time) <= reach
         row, column = np.nonzero(break_mask)
+        # Take theirs from values on their own side of it.
         moment, side = (rows[row, column % width] for rows in (schedule.times, schedule.sides))
         low, high = np.full((2, len(row)), times[[0, -1]][:, None])
         for c in np.unique(breaks.column):

@@ -123,7 +123,7 @@ class DynamicResponse(SensorResponse):
     start: str = "assembled"
     period: float | None = None
     ramp_time: float = 0.0
-    original: DynamicResponse | None = None
+    base_response: DynamicResponse | None = None
     """The response that this is a refinement of."""
 
     @property
@@ -145,7 +145,7 @@ class DynamicResponse(SensorResponse):
             step_parts=step_parts * self.step_parts,
             element_parts=element_parts * self.element_parts,
             chosen_parts=step_parts * self.chosen_parts,
-            original=self.original or self,
+            base_response=self.base_response or self,
         )
 
     def description(self, **values: Argument) -> Description:
@@ -212,7 +212,7 @@ class DynamicResponse(SensorResponse):
     def _divided(self, parts: int, step_parts: int) -> DynamicResponse:
         step = self.output_step / parts
         return replace(
-            self, output_step=step, step_parts=step_parts, original=self.original or self
+            self, output_step=step, step_parts=step_parts, base_response=self.base_response or self
         )
 
     def started_softly(self, duration: float) -> DynamicResponse | None:
@@ -223,7 +223,9 @@ class DynamicResponse(SensorResponse):
         """
         if self.start == "periodic":
             return None
-        return replace(self, start="static", ramp_time=duration, original=self.original or self)
+        return replace(
+            self, start="static", ramp_time=duration, base_response=self.base_response or self
+        )
 
     @property
     def identity(self) -> tuple[object, ...]:
@@ -251,7 +253,7 @@ class DynamicResponse(SensorResponse):
         # Build and simulate all samples.
         arrays = {name: v for name, v in values.items() if not callable(v)}
         samples = samples_of(arrays)
-        with without_warnings(when=self.original is not None):
+        with without_warnings(when=self.base_response is not None):
             if not self.given_step:
                 warn(f"the step is left out: {self.step:g} s is used", ResolutionWarning)
             mechanism = self.built(values)
@@ -305,9 +307,9 @@ class DynamicResponse(SensorResponse):
 
     def _difference(self) -> str:
         """Return in words what is finer than in the response that this is a refinement of."""
-        if self.original is None:
+        if self.base_response is None:
             return ""
-        parts = round(self.original.step / self.step), self.element_parts
+        parts = round(self.base_response.step / self.step), self.element_parts
         words = zip(("steps", "elements"), parts, strict=True)
         text = " and ".join(f"{n} times finer {name}" for name, n in words if n > 1)
         return f" with {text}" if text else ""

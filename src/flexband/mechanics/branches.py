@@ -30,8 +30,8 @@ class Branch:
     """The angles of the bodies at the nominal inputs."""
 
     values: Values  # the nominal inputs
-    given: dict[str, float]  # body -> angle that it is given [rad]
-    turned: dict[str, float]  # body -> turn by assembly [rad], if that is about 45° or more
+    angles: dict[str, float]  # body -> its angle before assembly [rad]
+    turns: dict[str, float]  # body -> turn by assembly [rad], if that is about 45° or more
     uncertain: frozenset[str]  # the bodies whose given angles depend on inputs
 
     @staticmethod
@@ -42,47 +42,49 @@ class Branch:
         nominal inputs change a little.
         """
         mechanism = builder(**values)
-        given = {}
-        turned = {}
+        angles = {}
+        turns = {}
         eighth = np.pi / 4
+        # Assemble the mechanism, if that is possible.
         try:
             with without_warnings():
                 start = assembled_configuration(mechanism)
         except (InputError, RunError):
             start = None
+        # Read by what bodies turn from their own angles to the assembled ones.
         bodies = [(name, body) for name, body in mechanism.bodies.items() if body.axes.size]
         for (name, body), (_, (vector, *_)) in zip(bodies, mechanism.model.turning, strict=False):
-            given[name] = float(np.ravel(body.angles()[0])[0])
+            angles[name] = float(np.ravel(body.angles()[0])[0])
             if start is None:
                 continue
             x, y = start.vector(vector)
-            change = float(nearest(np.arctan2(y, x) - given[name], 0.0))
+            change = float(nearest(np.arctan2(y, x) - angles[name], 0.0))
             if eighths := round(change / eighth):
-                turned[name] = eighth * (4 if eighths == -4 else eighths)
+                turns[name] = eighth * (4 if eighths == -4 else eighths)
         uncertain = frozenset(name for name, body in bodies if np.ndim(body.angles()[0]))
-        return Branch(values, given, turned, uncertain)
+        return Branch(values, angles, turns, uncertain)
 
     def __str__(self) -> str:
         """Say where angles are nominally, to a quarter of a revolution, if that is not 0."""
         places = {
-            name: 90 * round((self.given[name] + self.turned.get(name, 0.0)) / (np.pi / 2))
-            for name in self.given
-            if name in self.turned or name in self.uncertain
+            name: 90 * round((self.angles[name] + self.turns.get(name, 0.0)) / (np.pi / 2))
+            for name in self.angles
+            if name in self.turns or name in self.uncertain
         }
         return ", ".join(f"{name} at about {place}°" for name, place in places.items() if place)
 
     def lead(self, builder: Builder, mechanism: Mechanism, values: Values) -> Mechanism:
         """Return the mechanism of other inputs with its angles on this branch."""
         branches = {}
-        for name, given in self.given.items():
+        for name, angle in self.angles.items():
             if name not in mechanism.bodies or mechanism.branches:
                 continue
-            change = np.asarray(mechanism.bodies[name].angles()[0], dtype=float) - given
+            change = np.asarray(mechanism.bodies[name].angles()[0], dtype=float) - angle
             jumps = np.abs(change) > np.pi * (1 + 1e-9)
             if jumps.any():
                 change = np.where(jumps, self._change(builder, values, name, change), change)
-            if name in self.turned or jumps.any():
-                branches[name] = given + change + self.turned.get(name, 0.0)
+            if name in self.turns or jumps.any():
+                branches[name] = angle + change + self.turns.get(name, 0.0)
         return replace(mechanism, branches=branches) if branches else mechanism
 
     def _change(
@@ -90,19 +92,20 @@ class Branch:
     ) -> np.ndarray:
         """Return how a given angle changes on the way from the nominal to other inputs [rad].
 
-        A builder may have wrapped it, as by ``arctan2``. Where inputs between both are refused, it
-        is taken as it is.
+        A builder may have wrapped it, as by ``arctan2``. Where inputs on the way are refused, the
+        change is taken as it is.
         """
+        # Follow the angle in small steps, so that wraps are told from turns.
         angles = []
         for part in np.linspace(0.0, 1.0, parts + 1):
-            between = {key: _input_between(self.values[key], v, part) for key, v in values.items()}
+            inputs = {key: _input_between(self.values[key], v, part) for key, v in values.items()}
             try:
-                angle = np.asarray(builder(**between).bodies[name].angles()[0], dtype=float)
+                angle = np.asarray(builder(**inputs).bodies[name].angles()[0], dtype=float)
                 angles.append(angle + 0.0 * change)
             except (RunError, TypeError, ValueError):
                 return change
-        followed = np.unwrap(angles, axis=0)
-        return followed[-1] - followed[0]
+        angle_path = np.unwrap(angles, axis=0)
+        return angle_path[-1] - angle_path[0]
 
 
 def _input_between(nominal: Property, other: Property, part: float) -> Property:

@@ -58,11 +58,11 @@ def end_state(system: System, batch: Batch, time: float, spectral_radius: float)
     ends = batch.ends
     parts = {label: ends[rows] for label, rows in _labels(system).items()}
     start = ends[-system.structure.state.multiplier :]
-    both = zip(_directions(system, start), _directions(system, ends), strict=True)
-    for k, ((name, before, vector), (_, after, _)) in enumerate(both):
-        begun = nearest(before, system.model.drawn(vector))
+    directions = zip(_directions(system, start), _directions(system, ends), strict=True)
+    for k, ((name, before, vector), (_, after, _)) in enumerate(directions):
+        start_angle = nearest(before, system.model.drawn(vector))
         change = nearest(after - before, batch.turned[:, k, 1])
-        parts["turn", name, 0] = np.atleast_2d(begun + change)
+        parts["turn", name, 0] = np.atleast_2d(start_angle + change)
     return EndState(time, spectral_radius, _meshes(system), parts)
 
 
@@ -111,6 +111,7 @@ def state_of(motion: xr.DataArray, period: float | None) -> EndState:
 
 def continue_from(system: System, state: EndState) -> tuple[System, ContinuedStart]:
     """Return a system that starts in the state of another one, and its start."""
+    # Refuse a state of other bodies, meshes or samples.
     for name, mesh in _meshes(system).items():
         if name not in state.meshes:
             names = ", ".join(state.meshes)
@@ -125,30 +126,33 @@ def continue_from(system: System, state: EndState) -> tuple[System, ContinuedSta
             f"start must have as many samples as the mechanism, {system.samples}, or one; got "
             f"{state.samples}"
         )
+    # Take over the rows that both mechanisms have.
     samples = max(system.samples, state.samples)
     rows = system.structure.state
     ends = np.zeros((sum(_sizes(system)), samples))
-    known = np.zeros((len(ends), 1), dtype=bool)
+    common_rows = np.zeros((len(ends), 1), dtype=bool)
     for label, places in _labels(system).items():
         if label in state.parts:
             ends[places] = state.parts[label]
-            known[places] = True
+            common_rows[places] = True
     ends[0] = 1.0
     if state.at_rest:
         ends[rows.velocity : rows.acceleration] = system.values.velocity
     first_rest = rows.rows + rows.coordinates + 1
 
-    def carried(first: int, given: np.ndarray) -> np.ndarray:
-        place = slice(first, first + len(given))
-        return np.where(known[place], ends[place], given)
+    def carried(first: int, defaults: np.ndarray) -> np.ndarray:
+        place = slice(first, first + len(defaults))
+        return np.where(common_rows[place], ends[place], defaults)
 
+    # Angles count turns from those at the end of the other motion.
     turns = {name: part[0] for (kind, name, _), part in state.parts.items() if kind == "turn"}
     turns = {name: turn for name, turn in turns.items() if name in system.model.bodies}
     mechanism = replace(system.mechanism, branches=turns)
     angles = slice(rows.angle, rows.velocity)
-    drawn = stack(mechanism.model.drawn_angles)
-    drawn = np.broadcast_to(drawn, (rows.velocity - rows.angle, samples))
-    ends[angles] = np.where(known[angles], ends[angles], drawn)
+    drawn_angles = stack(mechanism.model.drawn_angles)
+    drawn_angles = np.broadcast_to(drawn_angles, (rows.velocity - rows.angle, samples))
+    ends[angles] = np.where(common_rows[angles], ends[angles], drawn_angles)
+    # States of parts that are new are those of the mechanism itself.
     values = system.values
     values = values._replace(
         drawn=ends[angles],
@@ -165,7 +169,7 @@ def continue_from(system: System, state: EndState) -> tuple[System, ContinuedSta
         first_time=state.time,
         mechanism=mechanism,
     )
-    return continuing, ContinuedStart(ends, known, state.spectral_radius, np.zeros(samples))
+    return continuing, ContinuedStart(ends, common_rows, state.spectral_radius, np.zeros(samples))
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +177,7 @@ class ContinuedStart(Start):
     """The end of another motion, whose velocities joints change by a plastic impact."""
 
     ends: np.ndarray  # see `Batch`, (rows, samples)
-    known: np.ndarray  # which rows are not of new parts
+    common_rows: np.ndarray  # which rows are not of new parts
     spectral_radius: float  # of the integrator of the other motion
     lost_energy: np.ndarray  # kinetic energy lost at the start [J], (samples,), filled by blocks
     tolerance: float = 1e-5
@@ -184,46 +188,48 @@ class ContinuedStart(Start):
         system = run.system
         state = run.system.structure.state
         step = float(run.times[1] - run.times[0])
-        free = run.integrator.step_limits(state, step) is not None
+        free_steps = run.integrator.step_limits(state, step) is not None
         same_method = self.spectral_radius == float(run.integrator.spectral_radius)
         q = slice(1, state.coordinates + 1)
         velocity = state.velocity
         second = slice(state.acceleration + 1, state.energy)
         laws = slice(state.law_state, state.sliding)
         stuck = slice(state.sliding, state.sliding + 2 * (state.angle - state.friction))
-        keeps_rule = self.known[laws].all()
+        keeps_rule = self.common_rows[laws].all()
         places = [*accumulate(_sizes(system))]
 
         def begin_block(number: int, values: Values) -> Begun:
             lanes = to_lanes(self.ends[:, run.samples], number)
             z, a, _, steps, anew, _, _ = np.split(lanes, places)
-            apart = np.abs(constraint_errors(system, values, z))
+            errors = np.abs(constraint_errors(system, values, z))
             size = 1 / values.inverse_scale[1]
             work, failure = begin(system, values, z)
             # accelerations change by what they jump, the method's only if that is less than its
             # distance from them, which depends on the past
             distance = a[q] - z[second]
             jump = work.z[second] - anew[1:]
-            scaled = [np.abs(values.inverse_scale[q] * x).max(axis=0) for x in (jump, distance)]
-            smooth = (scaled[0] <= scaled[1]) & same_method & (steps[1] > 0)
-            ratio = 1.0 if free else step / np.where(smooth, steps[1], step)
+            change_sizes = [
+                np.abs(values.inverse_scale[q] * x).max(axis=0) for x in (jump, distance)
+            ]
+            smooth = (change_sizes[0] <= change_sizes[1]) & same_method & (steps[1] > 0)
+            ratio = 1.0 if free_steps else step / np.where(smooth, steps[1], step)
             work.z[second] = np.where(smooth, z[second] + jump, work.z[second])
             work.a[q] = work.z[second] + np.where(smooth, ratio * distance, 0.0)
-            work.steps[:] = np.where(smooth, steps if free else step, 0.0)
+            work.steps[:] = np.where(smooth, steps if free_steps else step, 0.0)
             if keeps_rule:
                 unchanged = smooth & (np.abs(ratio - 1.0) < 1e-9)
                 work.z[laws] = np.where(unchanged, z[laws], work.z[laws])
             work.z[stuck] = z[stuck]  # and where; what is new is free until the run begins
-            if free and state.friction < state.angle:
+            if free_steps and state.friction < state.angle:
                 _strike(run, values, work, z, failure)
             samples = run.samples[number * WIDTH : (number + 1) * WIDTH]
-            lost = _lost_energy(system, values, z[velocity:], work.z[velocity:])
-            self.lost_energy[samples] = lost[: len(samples)]
+            losses = _lost_energy(system, values, z[velocity:], work.z[velocity:])
+            self.lost_energy[samples] = losses[: len(samples)]
             blame_overlaps(system, values, work.z, failure, z)
-            if len(apart):
+            if len(errors):
                 code = np.full(WIDTH, FAILURE.not_met)
-                worst = apart.max(axis=0)
-                not_met = np.stack([code, 0.0 * code, apart.argmax(axis=0), worst])
+                worst = errors.max(axis=0)
+                not_met = np.stack([code, 0.0 * code, errors.argmax(axis=0), worst])
                 failure = np.where(worst > self.tolerance * size, not_met, failure)
             return Begun(work, failure, work.z.copy())
 
@@ -240,20 +246,20 @@ def _strike(
     before: np.ndarray,
     failure: np.ndarray,
     *,
-    least: float = 1e-9,
+    threshold: float = 1e-9,
 ) -> None:
     """Let friction take part in the impact that changed the velocities `before`, (rows, WIDTH).
 
-    It slides then as it does after the impact. A change below the `least` part of the largest
-    velocity is none.
+    It slides then as it does after the impact. A change below the part `threshold` of the
+    largest velocity is none.
     """
     state = run.system.structure.state
     speeds = slice(state.velocity, state.acceleration)
     modes = slice(state.sliding, state.sliding + state.angle - state.friction)
-    kept = work.z.copy()
+    z = work.z.copy()
     scale = values.inverse_scale * np.abs(before[speeds])
-    change = values.inverse_scale * np.abs(before[speeds] - kept[speeds])
-    struck = change.max(axis=0) > least * scale.max(axis=0)
+    change = values.inverse_scale * np.abs(before[speeds] - z[speeds])
+    struck = change.max(axis=0) > threshold * scale.max(axis=0)
     if not struck.any():
         return
     step = float(run.times[1] - run.times[0])
@@ -262,8 +268,8 @@ def _strike(
         STRIKE, run.system, values, work, failure=failure,
         method=run.integrator.coefficients(step), limits=run.integrator.step_limits(state, step),
     )  # fmt: skip
-    after = [np.where(struck, work.z[rows], kept[rows]) for rows in (speeds, modes)]
-    work.z[:] = kept
+    after = [np.where(struck, work.z[rows], z[rows]) for rows in (speeds, modes)]
+    work.z[:] = z
     for rows, numbers in zip((speeds, modes), after, strict=True):
         work.z[rows] = numbers
 
@@ -284,8 +290,8 @@ def _sizes(system: System) -> tuple[int, ...]:
     """Return the numbers of rows of what is kept, see `Batch.ends`."""
     state = system.structure.state
     springs = len(system.structure.springs.f)
-    each = state.coordinates + 1
-    return state.rows, each, springs, STEP_ROWS, each, each
+    coordinates = state.coordinates + 1
+    return state.rows, coordinates, springs, STEP_ROWS, coordinates, coordinates
 
 
 def _meshes(system: System) -> dict[str, tuple]:
@@ -304,10 +310,12 @@ def _labels(system: System) -> dict[Label, np.ndarray]:
     state = system.structure.state
     a, rest, steps, anew, *_ = accumulate(_sizes(system))
     labels: dict[Label, np.ndarray] = {("steps", "", 0): np.arange(steps, anew)}
+    # Coordinates of bodies, with their rates and accelerations.
     for name, body in model.bodies.items():
         n = model.first_coordinates[name] + np.arange(body.size)
         places = [n, state.velocity + n, state.acceleration + n, a + n, anew + n]
         labels["body", name, 0] = np.concatenate(places)
+    # Angles, in the order in which the engine numbers them.
     entries = model.entries.items()
     angles = [owner for owner, row in model.constraints for _ in row.polar]
     angles += [owner for owner, f in model.frictions for _ in f.whole_travel.polar]
@@ -316,14 +324,16 @@ def _labels(system: System) -> dict[Label, np.ndarray]:
     angles += [owner for owner, entry in entries for _ in entry.moments]
     angles += [f"sensors of {point}" for point in model.sensor_points]
     labels |= _row_labels("angle", angles, state.angle)
+    # Memory of springs, friction and force laws.
     labels |= _row_labels("spring", [owner for owner, _ in model.springs], rest)
     laws = [(owner, law) for owner, entry in entries for law in entry.laws]
     states = [owner for owner, law in laws for _ in law.states]
-    rough = [owner for owner, _ in model.frictions]
-    labels |= _row_labels("friction", rough, state.sliding, copies=2)
+    friction_owners = [owner for owner, _ in model.frictions]
+    labels |= _row_labels("friction", friction_owners, state.sliding, copies=2)
     labels |= _row_labels("law state", states, state.law_state, copies=STATE_ROWS)
     if states:
         labels["rule", "", 0] = np.arange(state.rule, state.sliding)
+    # Gaps of contacts and events.
     gaps = [owner for owner, law in laws for _ in law.events]
     labels |= _row_labels("gap", gaps, state.gap)
     rows = rows_of_gaps.py_func(state)

@@ -41,6 +41,7 @@ def describe(mechanism: Mechanism) -> str:
     system, z, redundant, names = mobility
     changes = report(system, corrections(system, z, np.zeros(1, dtype=int)))
 
+    # A table for each kind of parts.
     owners = system.constraints
     bodies = [
         [name, type(body).__name__, f"{_mass(body):.4g}", str(body.size)]
@@ -75,9 +76,9 @@ def describe(mechanism: Mechanism) -> str:
 
 def _mass(body) -> float:
     """Return the mass: twice the kinetic energy of a unit velocity along X."""
-    moved = set(body.nodes)
+    node_rows = set(body.nodes)
     entries = body.mass_entries().items()
-    parts = [np.ravel(m)[0] * (1 + (i != j)) for (i, j), m in entries if {i, j} <= moved]
+    parts = [np.ravel(m)[0] * (1 + (i != j)) for (i, j), m in entries if {i, j} <= node_rows]
     return float(sum(parts))
 
 

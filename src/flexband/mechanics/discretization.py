@@ -60,12 +60,16 @@ def discretization_error(
     """
     run = partial(simulate, duration=duration, step=step, integrator=integrator, threads=threads)
     coarse = run(mechanism)
-    finer = mechanism.refined()
+    fine_mechanism = mechanism.refined()
 
     def refined(substeps: int) -> list[xr.DataArray]:
         half = run(mechanism, substeps=substeps)
-        return [half, half if finer is mechanism else run(finer, substeps=substeps)]
+        return [
+            half,
+            half if fine_mechanism is mechanism else run(fine_mechanism, substeps=substeps),
+        ]
 
+    # With half the step, and then with twice the elements as well.
     order_factor = 4 / 3  # at second order
     tenth = _with_tenth(mechanism, integrator)
     if tenth:
@@ -75,12 +79,13 @@ def discretization_error(
         half, fine = refined(1 if tenth else 2)
         if "halved_step" in coarse.attrs:
             samples = np.arange(coarse.sizes.get("sample", 1))
-            halved = np.isin(samples, coarse.attrs["halved_step"])
-            halved = halved.reshape(-1, *[1] * (coarse.ndim - 1))
+            halved_mask = np.isin(samples, coarse.attrs["halved_step"])
+            halved_mask = halved_mask.reshape(-1, *[1] * (coarse.ndim - 1))
             half, fine = (
-                at_half.copy(data=np.where(halved, at_quarter, at_half))
+                at_half.copy(data=np.where(halved_mask, at_quarter, at_half))
                 for at_half, at_quarter in zip((half, fine), refined(4), strict=True)
             )
+    # Errors over the whole motion and in windows.
     parts = {"step_error": coarse - half, "mesh_error": half - fine, "error": coarse - fine}
     parts = {name: order_factor * part for name, part in parts.items()}
     scale = _scale(fine)
@@ -117,8 +122,10 @@ def _scale(motion: xr.DataArray) -> xr.DataArray:
     units = Units.along(motion, ("output",))
     angle = size["unit"].values == "rad"
     sizes = np.maximum(size.values, angle).reshape(-1, len(angle))
-    least = [units.least_variation(sample_sizes, StepCheck().min_scale) for sample_sizes in sizes]
-    scale = np.maximum(motion.std("time").values, np.reshape(least, size.shape))
+    smallest_scales = [
+        units.least_variation(sample_sizes, StepCheck().min_scale) for sample_sizes in sizes
+    ]
+    scale = np.maximum(motion.std("time").values, np.reshape(smallest_scales, size.shape))
     return size.copy(data=np.where(scale > 0, scale, 1.0))
 
 

@@ -85,11 +85,12 @@ def equilibrium(
     check_instance("mechanism", mechanism, Mechanism)
     check_flag("keep_state", keep_state)
     warn_of_windings(mechanism.model)
-    without = mechanism.left_out_at_rest()
+    left_out = mechanism.left_out_at_rest()
     mechanism = mechanism.at_rest()
     steps, at, threads = check_steps(steps), check_time(time), thread_count(threads)
     system = assemble(mechanism)
-    packed = pack(system, np.array([at, at + 1.0]))
+    values_of = pack(system, np.array([at, at + 1.0]))
+    # Results, by sample.
     outputs = np.empty((system.samples, len(system.outputs)))
     failures = np.zeros((system.samples, 4))
     stable = np.zeros(system.samples, dtype=bool)
@@ -97,19 +98,19 @@ def equilibrium(
     blocks = -(-system.samples // WIDTH)
     firsts = np.empty((system.structure.state.rows, system.samples))
     rests = np.zeros((system.structure.state.rows, system.samples))
-    relaxed = np.zeros((len(system.structure.springs.f), system.samples))
+    spring_rests = np.zeros((len(system.structure.springs.f), system.samples))
 
     def settle(block: int) -> int:
         samples = np.arange(system.samples)[block * WIDTH : (block + 1) * WIDTH]
-        values = packed(block)
+        values = values_of(block)
         rows, failure, balances, start = block_equilibria(system, values, steps, len(samples))
         firsts[:, samples] = start[:, : len(samples)]
-        started = np.where(failure[0] > 0, np.nan, start)
-        require_inertia(system, values, started[:, : len(samples)], samples)
+        start_states = np.where(failure[0] > 0, np.nan, start)
+        require_inertia(system, values, start_states[:, : len(samples)], samples)
         with np.errstate(all="ignore" if failure[0].any() else None):
             outputs[samples] = derive(system, rows.transpose(1, 0, 2))[:, -1].T[: len(samples)]
         failures[samples] = failure.T[: len(samples)]
-        relaxed[:, samples] = values.springs.rest[:, : len(samples)]
+        spring_rests[:, samples] = values.springs.rest[:, : len(samples)]
         for sample, balance in zip(samples, balances, strict=True):
             if failures[sample, 0] == 0:
                 stable[sample] = balance.stable
@@ -118,13 +119,16 @@ def equilibrium(
                     redundant.add(int(sample))
         return len(samples)
 
+    # Solve all blocks; the first one compiles if need be.
     if not statics.codes:
-        while_compiling(lambda: block_equilibria(system, packed(0), 1, samples=1))
+        while_compiling(lambda: block_equilibria(system, values_of(0), 1, samples=1))
     in_parallel(settle, blocks, system.samples, threads)
     raise_failures(failures, system, np.zeros(1))
+    # Warn of what may make the result useless.
     _warn_of_unstable(stable)
     strains = Members(system).largest(rests[None], np.arange(system.samples))
     warn_of_large_strains(system, strains, failures[:, 0] > 0)
+    # Label the outputs, with attributes on what is special.
     result = xr.DataArray(
         outputs,
         dims=("sample", "output"),
@@ -133,10 +137,10 @@ def equilibrium(
             "unit": ("output", system.units, attributes_of_units(system)),
             "stable": ("sample", stable),
         },
-        attrs=without | report(system, corrections(system, firsts, np.arange(system.samples))),
+        attrs=left_out | report(system, corrections(system, firsts, np.arange(system.samples))),
     )
     if keep_state:
-        result.attrs["state"] = rest_state(system, rests, relaxed, at)
+        result.attrs["state"] = rest_state(system, rests, spring_rests, at)
     result.attrs |= _without_friction(mechanism)
     if redundant:
         sample = min(redundant)
@@ -157,14 +161,14 @@ def _warn_of_unstable(stable: np.ndarray) -> None:
 
 def _without_friction(mechanism: Mechanism) -> dict[str, list[str]]:
     """Return the attribute that lists parts whose friction is left out, and warn of it."""
-    rough = list(dict.fromkeys(name for name, _ in mechanism.model.frictions))
-    if not rough:
+    friction_parts = list(dict.fromkeys(name for name, _ in mechanism.model.frictions))
+    if not friction_parts:
         return {}
     warn(
-        f"friction of {' and '.join(map(repr, rough))} is left out of the equilibrium: what "
-        "sticks can carry any force up to its limit, so there are many equilibria"
+        f"friction of {' and '.join(map(repr, friction_parts))} is left out of the equilibrium: "
+        "what sticks can carry any force up to its limit, so there are many equilibria"
     )
-    return {"without_friction": rough}
+    return {"without_friction": friction_parts}
 
 
 def check_steps(steps: int) -> int:

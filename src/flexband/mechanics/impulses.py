@@ -12,7 +12,7 @@ from flexband.remarks.remark import Remark, RemarkKind
 
 def impulses_text(system: System, impulses: list[Impulse]) -> str:
     """Return the impulses of joints that have sensors, in the order of time."""
-    chosen = [k for k, name in enumerate(system.outputs) if name in system.impulsive]
+    output_numbers = [k for k, name in enumerate(system.outputs) if name in system.impulsive]
     order: dict[int, list[Impulse]] = defaultdict(list)
     count: Counter[int] = Counter()
     for impulse in impulses:
@@ -23,7 +23,7 @@ def impulses_text(system: System, impulses: list[Impulse]) -> str:
         when = _range([impulse.time for impulse in group], "s")
         sizes = (
             f"{system.outputs[k]} {_range([i.outputs[k] for i in group], system.units[k] + ' s')}"
-            for k in chosen
+            for k in output_numbers
         )
         lines.append(f"at t = {when}: {', '.join(sizes) or 'no joint has a sensor of its force'}")
     return "; ".join(lines)
@@ -34,8 +34,8 @@ def _remark_on_impulse(system: System, impulse: Impulse) -> Remark:
     names = [name for name in system.outputs if name in system.impulsive]
     sizes = {name: float(impulse.outputs[system.outputs.index(name)]) for name in names}
     largest = max(map(abs, sizes.values()), default=0.0)
-    least = 1e-9 * largest  # below it is rounding
-    outputs = tuple(name for name, size in sizes.items() if abs(size) > least)
+    threshold = 1e-9 * largest  # below it is rounding
+    outputs = tuple(name for name, size in sizes.items() if abs(size) > threshold)
     text = (
         f"the speed of a prescribed motion jumps at t = {impulse.time:.4g} s: the impulse that "
         "this takes is in no force at an instant"

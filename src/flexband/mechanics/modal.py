@@ -40,7 +40,7 @@ class ModeTracking(NamedTuple):
     """Agreement of shapes above which no other mode can agree as much."""
     halvings: int = 6
     """Of the way from the nominal values; then the best agreement is taken."""
-    further: int = 6
+    extra_modes: int = 6
     """Modes beside those asked for, among which these are looked for."""
     equal: float = 1e-6
     """Relative difference of frequencies below which shapes are arbitrary."""
@@ -81,6 +81,7 @@ class ModalResponse(AtRest):
                 f"nominal must name the arguments {', '.join(values) or 'of the builder'}; got "
                 f"{', '.join(self.nominal) or 'none'}"
             )
+        # The modes at the nominal values, all of different frequencies.
         start = self._modes(self.mechanism(self.nominal))
         if start.frequency.shape[1] < self.modes:
             raise InputError(
@@ -95,20 +96,23 @@ class ModalResponse(AtRest):
                 f"nominal values, {first[close[0]]:g} Hz, so that their shapes are arbitrary; "
                 "choose other nominal values"
             )
+        # Follow them to the modes at the values.
         modes = self._modes(mechanism)
         reference = start.take(np.zeros(len(modes.frequency), dtype=int))
         reference = Followed(*(array[..., : self.modes] for array in reference))
-        near = {k: _broadcast(v, len(modes.frequency)) for k, v in self.nominal.items()}
-        far = {k: _broadcast(v, len(modes.frequency)) for k, v in values.items()}
-        followed, lost = self._followed(near, reference, far, modes, self.tracking.halvings)
-        if lost:
+        start_values = {k: _broadcast(v, len(modes.frequency)) for k, v in self.nominal.items()}
+        end_values = {k: _broadcast(v, len(modes.frequency)) for k, v in values.items()}
+        result, lost_count = self._followed(
+            start_values, reference, end_values, modes, self.tracking.halvings
+        )
+        if lost_count:
             warn(
-                f"modes of {lost} of {number_of(len(modes.frequency), 'run')} agree with none by "
-                "shape; the frequencies of the nearest ones are taken"
+                f"modes of {lost_count} of {number_of(len(modes.frequency), 'run')} agree with "
+                "none by shape; the frequencies of the nearest ones are taken"
             )
         names = [f"frequency {k + 1}" for k in range(self.modes)]
         return xr.DataArray(
-            followed.frequency,
+            result.frequency,
             dims=("sample", "output"),
             coords={"output": names, "unit": ("output", ["Hz"] * self.modes)},
         )
@@ -116,47 +120,53 @@ class ModalResponse(AtRest):
     def _modes(self, mechanism: Mechanism) -> Followed:
         if mechanism.model.state.rule < mechanism.model.state.gap:
             raise InputError("modes of force laws with states are not followed; use fb.modes")
-        count = self.modes + self.tracking.further
+        count = self.modes + self.tracking.extra_modes
         _, samples, unbalanced = sample_modes(mechanism, count, self.about, self.steps)
         if unbalanced:
             raise InputError("about must be 'equilibrium' where loads are not in balance")
-        least = min(sample.modes.vectors.shape[1] for sample in samples)
+        mode_count = min(sample.modes.vectors.shape[1] for sample in samples)
         return Followed(
-            np.stack([sample.modes.frequency[:least] for sample in samples]),
-            np.stack([sample.modes.vectors[:, :least] for sample in samples]),
-            np.stack([sample.momenta[:, :least] for sample in samples]),
+            np.stack([sample.modes.frequency[:mode_count] for sample in samples]),
+            np.stack([sample.modes.vectors[:, :mode_count] for sample in samples]),
+            np.stack([sample.momenta[:, :mode_count] for sample in samples]),
         )
 
     def _followed(
         self,
-        near: Mapping[str, Argument],
+        start_values: Mapping[str, Argument],
         reference: Followed,
-        far: Mapping[str, Argument],
+        end_values: Mapping[str, Argument],
         candidates: Followed,
         halvings: int,
     ) -> tuple[Followed, int]:
-        """Return what modes at `near` become at `far`, and how many samples lose one."""
-        chosen, clear = _match_modes(reference, candidates, self.tracking)
+        """Return the modes at `end_values` that continue a reference, and how many are lost."""
+        matches, clear = _match_modes(reference, candidates, self.tracking)
         result = Followed(
-            np.take_along_axis(candidates.frequency, chosen, axis=1),
-            np.take_along_axis(candidates.vectors, chosen[:, None], axis=2),
-            np.take_along_axis(candidates.momenta, chosen[:, None], axis=2),
+            np.take_along_axis(candidates.frequency, matches, axis=1),
+            np.take_along_axis(candidates.vectors, matches[:, None], axis=2),
+            np.take_along_axis(candidates.momenta, matches[:, None], axis=2),
         )
         unclear = np.flatnonzero(~clear)
         if not len(unclear) or not halvings:
             return result, len(unclear)
-        ends = [{k: _part(v, unclear) for k, v in values.items()} for values in (near, far)]
-        middle = {k: _middle(ends[0][k], ends[1][k]) for k in far}
-        between = self._modes(self.mechanism(middle))
-        if len(between.frequency) < len(unclear):
-            between = between.take(np.zeros(len(unclear), dtype=int))
-        half, _ = self._followed(ends[0], reference.take(unclear), middle, between, halvings - 1)
-        unclear_modes, lost = self._followed(
+        # Follow unclear modes over the middle of the way.
+        ends = [
+            {k: _part(v, unclear) for k, v in values.items()}
+            for values in (start_values, end_values)
+        ]
+        middle = {k: _middle(ends[0][k], ends[1][k]) for k in end_values}
+        middle_modes = self._modes(self.mechanism(middle))
+        if len(middle_modes.frequency) < len(unclear):
+            middle_modes = middle_modes.take(np.zeros(len(unclear), dtype=int))
+        half, _ = self._followed(
+            ends[0], reference.take(unclear), middle, middle_modes, halvings - 1
+        )
+        unclear_modes, lost_count = self._followed(
             middle, half, ends[1], candidates.take(unclear), halvings - 1
         )
         for joint, part in zip(result, unclear_modes, strict=True):
             joint[unclear] = part
-        return result, lost
+        return result, lost_count
 
 
 def _match_modes(
@@ -166,12 +176,12 @@ def _match_modes(
     agreement = np.abs(np.einsum("nck,ncl->nkl", reference.momenta.conj(), candidates.vectors)) ** 2
     sizes = np.abs(np.einsum("nck,nck->nk", reference.momenta.conj(), reference.vectors))
     agreement = agreement / sizes[:, :, None]
-    chosen = np.stack([scipy.optimize.linear_sum_assignment(-matrix)[1] for matrix in agreement])
-    frequency = np.take_along_axis(candidates.frequency, chosen, axis=1)
+    matches = np.stack([scipy.optimize.linear_sum_assignment(-matrix)[1] for matrix in agreement])
+    frequency = np.take_along_axis(candidates.frequency, matches, axis=1)
     same = np.abs(candidates.frequency[:, None] - frequency[..., None]) <= tracking.equal * np.abs(
         frequency[..., None]
     )
-    return chosen, np.all((agreement * same).sum(axis=2) > tracking.clear, axis=1)
+    return matches, np.all((agreement * same).sum(axis=2) > tracking.clear, axis=1)
 
 
 def _broadcast(value: Argument, samples: int) -> Argument:

@@ -142,8 +142,8 @@ def modes(
     result = _dataset(system, samples)
     names = np.array([name for name, _ in system.model.frictions])
     for kind in ("sliding", "stuck") if len(names) else ():
-        chosen = np.any([getattr(of_sample, kind) for of_sample in samples], axis=0)
-        result.attrs[kind] = list(dict.fromkeys(names[chosen].tolist()))
+        friction_mask = np.any([getattr(of_sample, kind) for of_sample in samples], axis=0)
+        result.attrs[kind] = list(dict.fromkeys(names[friction_mask].tolist()))
     result.attrs |= mechanism.left_out_at_rest()
     if unbalanced:
         result.attrs["unbalanced"] = unbalanced
@@ -174,11 +174,12 @@ def sample_modes(
         system, spins = _spins(mechanism, system, about)
     else:
         check_option("about", about, ["start", "equilibrium", "sliding"])
-    packed = pack(system, AT_START)
+    values_of = pack(system, AT_START)
     solver = ModeSolver(
         system, Thickness(mechanism), count, about == "start", steps, thickness, spins,
         about == "sliding",
     )  # fmt: skip
+    # Solve block by block.
     failures = np.zeros((system.samples, 4))
     samples = []
     unbalanced = []
@@ -186,7 +187,7 @@ def sample_modes(
     for block in range(-(-system.samples // WIDTH)):
         numbers = np.arange(system.samples)[block * WIDTH :][:WIDTH]
         wait = interruptible if statics.codes else while_compiling
-        modes = wait(partial(solver.block, packed(block), numbers))
+        modes = wait(partial(solver.block, values_of(block), numbers))
         failures[numbers] = modes.failure.T[: len(numbers)]
         samples += modes.samples
         unbalanced += modes.unbalanced
@@ -205,24 +206,26 @@ def _spins(
 ) -> tuple[System, list[Spin]]:
     """Return the rotation of each sample, and the system with as many samples."""
     rate, (x, y) = np.asarray(about.rate, dtype=float), about.center
-    given = [np.atleast_1d(np.asarray(v, dtype=float)) for v in (rate, x, y)]
-    samples = count_samples([*given, np.zeros(system.samples)])
+    parameters = [np.atleast_1d(np.asarray(v, dtype=float)) for v in (rate, x, y)]
+    samples = count_samples([*parameters, np.zeros(system.samples)])
     centre = np.zeros((system.structure.state.coordinates, samples))
     for x_row, y_row in mechanism.model.places:
-        centre[x_row - 1] = given[1]
-        centre[y_row - 1] = given[2]
-    rates = np.broadcast_to(given[0], samples)
+        centre[x_row - 1] = parameters[1]
+        centre[y_row - 1] = parameters[2]
+    rates = np.broadcast_to(parameters[0], samples)
     spins = [Spin(float(rates[k]), centre[:, k]) for k in range(samples)]
     return replace(system, samples=samples), spins
 
 
 def _dataset(system: System, samples: Sequence[SampleModes]) -> xr.Dataset:
     """Return the results of all samples, those with fewer modes than others filled up by NaN."""
-    most = max(len(of_sample.modes.s) for of_sample in samples)
+    mode_count = max(len(of_sample.modes.s) for of_sample in samples)
     is_complex = any(np.iscomplexobj(of_sample.shapes) for of_sample in samples)
 
     def filled(rows: Sequence[np.ndarray], kind: type, *size: int) -> np.ndarray:
-        array = np.full((len(rows), most, *size), False if kind is bool else np.nan, dtype=kind)
+        array = np.full(
+            (len(rows), mode_count, *size), False if kind is bool else np.nan, dtype=kind
+        )
         for row, values in zip(array, rows, strict=True):
             row[: len(values)] = values
         return array

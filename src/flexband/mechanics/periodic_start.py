@@ -57,10 +57,11 @@ class PeriodicStart(Start):
         method = method._replace(
             attempts=2, matrices=NEWTON.factorizations if limits else method.matrices
         )
+        # Functions of time over one period.
         times = step * np.arange(round(self.period / step) + 1)
         with without_warnings():
-            packed = pack(system, times, run.samples, limits and limits.tolerance)
-        rounds, newton = len(packed.schedule.parts), float(run.integrator.tolerance)
+            values_of = pack(system, times, run.samples, limits and limits.tolerance)
+        rounds, newton = len(values_of.schedule.parts), float(run.integrator.tolerance)
         rows = _rows(system)
 
         def begin_block(number: int, values: Values) -> Begun:
@@ -68,18 +69,20 @@ class PeriodicStart(Start):
             size = _sizes(system, values, self.period / math.tau)
 
             def after_period(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-                over_period = packed(number)
+                over_period = values_of(number)
                 over_period.springs.rest[:] = values.springs.rest
-                begun = self._held(system, over_period, work, x * size)
+                start_block = self._held(system, over_period, work, x * size)
                 _, failure, _, end = march_block(
-                    system, method, newton, over_period, rounds, limits=limits, begun=begun
+                    system, method, newton, over_period, rounds, limits=limits, begun=start_block
                 )
                 failure[1] = 0.0
                 return end.z[rows] / size, failure
 
-            x, failed = self._fixed_point(after_period, work.z[rows] / size, failure)
-            held, failure = self._held(system, values, work, x * size)
-            return Begun(held, np.where(failed[0] > 0, failed, failure), work.z)
+            x, period_failure = self._fixed_point(after_period, work.z[rows] / size, failure)
+            start_work, failure = self._held(system, values, work, x * size)
+            return Begun(
+                start_work, np.where(period_failure[0] > 0, period_failure, failure), work.z
+            )
 
         return begin_block
 
@@ -89,11 +92,11 @@ class PeriodicStart(Start):
     ) -> tuple[WorkSpace, np.ndarray]:
         """Return a block that starts from a state, shape (rows, WIDTH), and its failures."""
         z = work.z.copy()
-        held = WorkSpace.from_structure(system.structure)
+        start_work = WorkSpace.from_structure(system.structure)
         z[_rows(system)] = x
-        held.smallest[:] = work.smallest
-        held.z[:] = work.z
-        return held, hold(system, values, held, z, velocities=True)
+        start_work.smallest[:] = work.smallest
+        start_work.z[:] = work.z
+        return start_work, hold(system, values, start_work, z, velocities=True)
 
     def _fixed_point(
         self,
@@ -102,11 +105,12 @@ class PeriodicStart(Start):
         failure: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the fixed point of each lane, and its failure."""
+        # Iterate until all lanes are done or have failed.
         lanes = [_Iteration(self) for _ in range(WIDTH)]
         for _ in range(self.max_periods):
-            g, failed = after_period(x)
-            new = failed[0] > 0
-            failure = np.where(new & (failure[0] == 0), failed, failure)
+            g, period_failure = after_period(x)
+            new_mask = period_failure[0] > 0
+            failure = np.where(new_mask & (failure[0] == 0), period_failure, failure)
             for lane, iteration in enumerate(lanes):
                 if not failure[0, lane] and not iteration.done:
                     x[:, lane] = iteration.next(x[:, lane], g[:, lane])
@@ -114,6 +118,7 @@ class PeriodicStart(Start):
                 iteration.done or failure[0, lane] for lane, iteration in enumerate(lanes)
             ):
                 break
+        # Refuse motions that do not converge, or hardly become periodic.
         for lane, iteration in enumerate(lanes):
             radius = iteration.spectral_radius()
             if not failure[0, lane] and (not iteration.done or radius > self.max_radius):
@@ -153,32 +158,34 @@ class _Iteration:
 
     def next(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:
         """Return the next iterate after x, which is at `g` one period later."""
-        most = self.options.memory + 1
-        self.points = [*self.points, x.copy()][-most:]
-        self.images = [*self.images, g][-most:]
+        max_points = self.options.memory + 1
+        self.points = [*self.points, x.copy()][-max_points:]
+        self.images = [*self.images, g][-max_points:]
         self.done = bool(np.abs(g - x).max() <= self.options.tolerance)
         if self.done or len(self.points) == 1:
             return g
-        moved, mapped = self._differences()
-        weights = np.linalg.lstsq(mapped - moved, g - x, rcond=1e-12)[0]
-        return g - mapped @ weights
+        point_steps, image_steps = self._differences()
+        weights = np.linalg.lstsq(image_steps - point_steps, g - x, rcond=1e-12)[0]
+        return g - image_steps @ weights
 
     def spectral_radius(self) -> float:
         """Return the largest eigenvalue of the map in the space of the differences."""
         if len(self.points) < 2:
             return 0.0
-        moved, mapped = self._differences()
-        u, s, vt = np.linalg.svd(moved, full_matrices=False)
-        kept = s > self.options.independent * s[0]
-        matrix = (u[:, kept].T @ mapped @ vt[kept].T) / s[kept]
+        point_steps, image_steps = self._differences()
+        u, s, vt = np.linalg.svd(point_steps, full_matrices=False)
+        rank_mask = s > self.options.independent * s[0]
+        matrix = (u[:, rank_mask].T @ image_steps @ vt[rank_mask].T) / s[rank_mask]
         return float(np.abs(np.linalg.eigvals(matrix)).max())
 
     def _differences(self) -> tuple[np.ndarray, np.ndarray]:
         """Return differences of iterates, of length one, and those that they are mapped to."""
-        moved = np.diff(self.points, axis=0).T
-        mapped = np.diff(self.images, axis=0).T
-        length = np.linalg.norm(moved, axis=0)
-        return moved[:, length > 0] / length[length > 0], mapped[:, length > 0] / length[length > 0]
+        point_steps = np.diff(self.points, axis=0).T
+        image_steps = np.diff(self.images, axis=0).T
+        length = np.linalg.norm(point_steps, axis=0)
+        return point_steps[:, length > 0] / length[length > 0], image_steps[:, length > 0] / length[
+            length > 0
+        ]
 
 
 def _rows(system: System) -> np.ndarray:

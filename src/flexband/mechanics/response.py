@@ -122,8 +122,8 @@ class DynamicResponse(SensorResponse):
     given_step: bool = True
     start: str = "assembled"
     period: float | None = None
-    slow: float = 0.0
-    given: DynamicResponse | None = None
+    ramp_time: float = 0.0
+    base_response: DynamicResponse | None = None
     """The response that this is a refinement of."""
 
     @property
@@ -145,7 +145,7 @@ class DynamicResponse(SensorResponse):
             step_parts=step_parts * self.step_parts,
             element_parts=element_parts * self.element_parts,
             chosen_parts=step_parts * self.chosen_parts,
-            given=self.given or self,
+            base_response=self.base_response or self,
         )
 
     def description(self, **values: Argument) -> Description:
@@ -157,51 +157,63 @@ class DynamicResponse(SensorResponse):
         its impacts.
         """
         mechanism = self.built(values)
+        # What can be refined, and what is left to the method.
         elements = elements_of(mechanism, self.element_parts)
         limits = self._integrator(mechanism).step_limits(mechanism.model.state, self.step)
-        finer = {"step": self.refined(element_parts=1)}
+        refinements = {"step": self.refined(element_parts=1)}
         if elements:
-            finer["elements"] = self.refined(step_parts=1)
+            refinements["elements"] = self.refined(step_parts=1)
         open_step = not self.given_step
         open_mesh = bool(mechanism.without_elements)
         left_out = ["step"] * open_step + ["elements"] * open_mesh
-        chosen = limits and self.given_step and self.integrator.step_tolerance is None
+        default_tolerance = limits and self.given_step and self.integrator.step_tolerance is None
         numbers = {"step": self.step} | elements
         if limits:
             numbers["step tolerance"] = limits.tolerance
         return Description(
             left_out,
-            ["step"] if chosen else [],
+            ["step"] if default_tolerance else [],
             numbers,
-            finer.copy,
+            refinements.copy,
             *self.components(mechanism),
             impacts=bool(mechanism.model.contact_laws or mechanism.model.frictions),
         )
 
     def at_more_times(
-        self, max_parts: int = 64, max_times: int = 2**15, chosen: int = 8, /, **values: Argument
+        self,
+        max_parts: int = 64,
+        max_times: int = 2**15,
+        adaptive_parts: int = 8,
+        /,
+        **values: Argument,
     ) -> DynamicResponse | None:
         """Return the response at its steps between the times of outputs too; None without such.
 
         Of more than `max_parts` steps from one time to the next, or `max_times` in all, every
         second, third … is taken, if their number can be divided. Where samples choose their steps,
-        which the values of a call tell, these are `chosen` times as many times.
+        which the values of a call tell, these are `adaptive_parts` times as many times.
         """
         count = min(max_parts, int(max_times * self.output_step / self.duration))
-        most = min(chosen, count)
+        part_count = min(adaptive_parts, count)
         limits = self.integrator.step_limits
-        if values and most > 1 and limits(self.built(values).model.state, self.step):
-            kept = self.step_parts if self.step_parts < most else -(-self.step_parts // most)
-            return self._divided(most, kept)
+        if values and part_count > 1 and limits(self.built(values).model.state, self.step):
+            step_parts = (
+                self.step_parts
+                if self.step_parts < part_count
+                else -(-self.step_parts // part_count)
+            )
+            return self._divided(part_count, step_parts)
         if self.step_parts == 1:
             return None
         parts = [k for k in range(2, self.step_parts + 1) if self.step_parts % k == 0]
-        most = max((k for k in parts if k <= count), default=parts[0])
-        return self._divided(most, self.step_parts // most)
+        part_count = max((k for k in parts if k <= count), default=parts[0])
+        return self._divided(part_count, self.step_parts // part_count)
 
     def _divided(self, parts: int, step_parts: int) -> DynamicResponse:
         step = self.output_step / parts
-        return replace(self, output_step=step, step_parts=step_parts, given=self.given or self)
+        return replace(
+            self, output_step=step, step_parts=step_parts, base_response=self.base_response or self
+        )
 
     def started_softly(self, duration: float) -> DynamicResponse | None:
         """Return the response from a rest, with a time that reaches its pace after a duration [s].
@@ -211,13 +223,15 @@ class DynamicResponse(SensorResponse):
         """
         if self.start == "periodic":
             return None
-        return replace(self, start="static", slow=duration, given=self.given or self)
+        return replace(
+            self, start="static", ramp_time=duration, base_response=self.base_response or self
+        )
 
     @property
     def identity(self) -> tuple[object, ...]:
         """What the motion depends on: all but the number of threads."""
         parts = self.step_parts, self.element_parts, self.given_step
-        start = () if self.start == "assembled" else (self.start, self.period, self.slow)
+        start = () if self.start == "assembled" else (self.start, self.period, self.ramp_time)
         parts = (*parts, self.chosen_parts) if self.chosen_parts > 1 else parts
         return self.builder, self.duration, self.output_step, self.integrator, *parts, *start
 
@@ -236,9 +250,10 @@ class DynamicResponse(SensorResponse):
             As `simulate` does; the message gives the inputs of the failed runs. Without a given
             step, runs that diverge are not completed with half of it: the step is too long.
         """
+        # Build and simulate all samples.
         arrays = {name: v for name, v in values.items() if not callable(v)}
         samples = samples_of(arrays)
-        with without_warnings(when=self.given is not None):
+        with without_warnings(when=self.base_response is not None):
             if not self.given_step:
                 warn(f"the step is left out: {self.step:g} s is used", ResolutionWarning)
             mechanism = self.built(values)
@@ -247,10 +262,10 @@ class DynamicResponse(SensorResponse):
             try:
                 motion, _ = simulate_system(
                     mechanism,
-                    TimeGrid(self.duration + self.slow / 2, self.output_step, self.step_parts),
+                    TimeGrid(self.duration + self.ramp_time / 2, self.output_step, self.step_parts),
                     start=self.start,
                     period=self.period,
-                    slow=self.slow,
+                    ramp_time=self.ramp_time,
                     integrator=self._integrator(mechanism),
                     threads=self.threads,
                     progress=listener().advance,
@@ -260,22 +275,24 @@ class DynamicResponse(SensorResponse):
                 raise self.with_inputs(error, values) from None
             except RunError as error:
                 raise self.with_inputs(error, values, self._difference()) from None
+        # Warn of runs whose step's error is not seen.
         if "halved_step" in motion.attrs:
-            halved = motion.attrs["halved_step"]
+            halved_samples = motion.attrs["halved_step"]
             text = (
                 f"diverged with steps of {self.step:g} s and had to be completed with half of it; "
                 "estimates of the step's error do not see their error: take a shorter step"
             )
             warn(
-                f"{len(halved)} of {number_of(samples, 'run')} {text}",
+                f"{len(halved_samples)} of {number_of(samples, 'run')} {text}",
                 remarks=[
                     Remark(RemarkKind.HALVED_STEP, f"a run {text}", size=1.0, sample=k)
-                    for k in halved
+                    for k in halved_samples
                 ],
             )
-        if self.slow:
-            later = motion.isel(time=slice(round(self.slow / 2 / self.output_step), None))
-            motion = later.assign_coords(time=later["time"] - self.slow / 2)
+        # Leave out the time that the slow start takes.
+        if self.ramp_time:
+            later = motion.isel(time=slice(round(self.ramp_time / 2 / self.output_step), None))
+            motion = later.assign_coords(time=later["time"] - self.ramp_time / 2)
         if "sample" not in motion.dims:  # no parameter differs between the samples
             motion = motion.expand_dims(sample=samples)
         return begun(motion)
@@ -290,9 +307,9 @@ class DynamicResponse(SensorResponse):
 
     def _difference(self) -> str:
         """Return in words what is finer than in the response that this is a refinement of."""
-        if self.given is None:
+        if self.base_response is None:
             return ""
-        parts = round(self.given.step / self.step), self.element_parts
+        parts = round(self.base_response.step / self.step), self.element_parts
         words = zip(("steps", "elements"), parts, strict=True)
         text = " and ".join(f"{n} times finer {name}" for name, n in words if n > 1)
         return f" with {text}" if text else ""
@@ -300,11 +317,11 @@ class DynamicResponse(SensorResponse):
 
 def elements_of(mechanism: Mechanism, parts: int) -> dict[str, int]:
     """Return how many elements flexible members have if each of theirs is divided into parts."""
-    finer = {
+    bodies = {
         name: name_errors(f"body {name!r}", mechanism.bodies[name].refined, parts)
         for name in mechanism.elements
     }
-    return {f"elements of {name}": body.elements for name, body in finer.items()}
+    return {f"elements of {name}": body.elements for name, body in bodies.items()}
 
 
 def samples_of(values: Mapping[str, Argument]) -> int:
@@ -319,11 +336,11 @@ def begun(motion: xr.DataArray) -> xr.DataArray:
     That is the first value in a window before it begins, and an instant before it comes. An instant
     that does not come is the end of the run.
     """
-    known = np.isfinite(motion.values)
-    if known.all() or "time" not in motion.dims:
+    finite_mask = np.isfinite(motion.values)
+    if finite_mask.all() or "time" not in motion.dims:
         return motion
-    first = known.argmax(axis=-1)[..., None]
-    never = ~known.any(axis=-1, keepdims=True)
+    first = finite_mask.argmax(axis=-1)[..., None]
+    never = ~finite_mask.any(axis=-1, keepdims=True)
     instants = (motion["unit"] == "s").broadcast_like(motion).values
     values = np.take_along_axis(motion.values, first, axis=-1)
     values = np.where(instants & never, motion["time"].values[-1], values)
@@ -384,22 +401,22 @@ def dynamic_response(
     """
     check_function("builder", builder, " that returns a Mechanism")
     optional = (("step [s]", step), ("output_step [s]", output_step))
-    given = [(name, value) for name, value in optional if value is not None]
-    for name, value in [("duration [s]", duration), *given]:
+    step_options = [(name, value) for name, value in optional if value is not None]
+    for name, value in [("duration [s]", duration), *step_options]:
         check_positive(name, check_numbers(name, value))
     duration = float(duration)
     step, output_step = (None if value is None else float(value) for value in (step, output_step))
     if integrator is not None:
         check_instance("integrator", integrator, GeneralizedAlpha)
     thread_count(threads)
-    between = output_step or step or duration / 500
-    whole_steps(duration, between, name="output_step" if output_step else "step")
-    parts = check_multiple("output_step [s]", between, "step", step or between)
-    start_of(start, period, between, "output_step" if output_step else "step")
+    interval = output_step or step or duration / 500
+    whole_steps(duration, interval, name="output_step" if output_step else "step")
+    parts = check_multiple("output_step [s]", interval, "step", step or interval)
+    start_of(start, period, interval, "output_step" if output_step else "step")
     return DynamicResponse(
         builder,
         duration,
-        between,
+        interval,
         integrator or GeneralizedAlpha(),
         threads,
         parts,

@@ -184,7 +184,7 @@ def simulate_system(
     *,
     start: str | xr.DataArray = "assembled",
     period: float | None = None,
-    slow: float = 0.0,
+    ramp_time: float = 0.0,
     keep_state: bool = False,
     integrator: GeneralizedAlpha | None = None,
     threads: int | None = None,
@@ -193,9 +193,10 @@ def simulate_system(
 ) -> tuple[xr.DataArray, System]:
     """Return the motion as `simulate` does, but for its look for few steps, and the system.
 
-    Functions of time reach their pace after a `slow` start [s]. If it is not `complete`, samples
+    Functions of time reach their pace after a `ramp_time` [s]. If it is not `complete`, samples
     that diverge are not completed with half the step, but fail.
     """
+    # Check the arguments.
     check_instance("mechanism", mechanism, Mechanism)
     integrator = GeneralizedAlpha() if integrator is None else integrator
     check_instance("integrator", integrator, GeneralizedAlpha)
@@ -205,25 +206,31 @@ def simulate_system(
     check_flag("keep_state", keep_state)
     substeps = check_integer("substeps", grid.substeps, 1, 1_000_000)
     count = whole_steps(grid.duration, grid.step, substeps) * substeps + 1
-    system, begins = start_runs(mechanism, start, period, float(grid.step), slow)
+    # Assemble, and say how runs start.
+    system, begins = start_runs(mechanism, start, period, float(grid.step), ramp_time)
     grid = grid._replace(begin=system.first_time)
     check_sensors(mechanism, grid)
     warn_of_springs(system, start)
-    free = integrator.step_limits(system.structure.state, grid.step)
-    check_memory(system, count, threads, substeps, polynomials=free is not None)
+    limits = integrator.step_limits(system.structure.state, grid.step)
+    check_memory(system, count, threads, substeps, polynomials=limits is not None)
+    # Run all samples.
     times = grid.times()
     run = partial(
         run_samples, system, integrator=integrator, start=begins, keep=keep_state, threads=threads
     )
     batch = run(times=times, every=substeps, progress=progress)
-    again = np.flatnonzero(
+    # Complete samples that diverge with half the step.
+    retry_samples = np.flatnonzero(
         np.isin(batch.failures[:, 0], (FAILURE.diverged, FAILURE.contradicted, FAILURE.law_failed))
     )
-    complete = complete and not free
-    if len(again) and complete:
+    complete = complete and not limits
+    if len(retry_samples) and complete:
         halves = grid._replace(substeps=2 * substeps)
-        finer = run(times=halves.times(), samples=again, every=halves.substeps, attempts=2)
-        _replace_samples(batch, finer, again, system, halves, integrator)
+        retry_batch = run(
+            times=halves.times(), samples=retry_samples, every=halves.substeps, attempts=2
+        )
+        _replace_samples(batch, retry_batch, retry_samples, system, halves, integrator)
+    # Label the outputs.
     result = xr.DataArray(
         batch.outputs,
         dims=("sample", "output", "time"),
@@ -239,7 +246,8 @@ def simulate_system(
         batch.outputs[list(error.failures)] = np.nan
         error.results = result
         raise
-    if not free:
+    # Warn of what may spoil the result, and note it in the attributes.
+    if not limits:
         warn_of_large_steps(batch.turned, system, times, integrator)
     warn_of_unresolved(system, batch.unresolved, times)
     warn_of_large_strains(system, batch.strains, batch.failures[:, 0] > 0, batch.kept)
@@ -250,8 +258,8 @@ def simulate_system(
     if keep_state:
         end = float(times[-1])
         result.attrs["state"] = end_state(system, batch, end, integrator.spectral_radius)
-    if len(again) and complete:  # all are completed
-        result.attrs["halved_step"] = again.tolist()
+    if len(retry_samples) and complete:  # all are completed
+        result.attrs["halved_step"] = retry_samples.tolist()
     if batch.starts:
         sample = min(batch.starts)
         joints = joints_that_share(system, batch.starts[sample], sample)
@@ -262,25 +270,27 @@ def simulate_system(
 
 def _replace_samples(
     batch: Batch,
-    finer: Batch,
-    again: np.ndarray,
+    retry_batch: Batch,
+    retry_samples: np.ndarray,
     system: System,
     halves: TimeGrid,
     integrator: GeneralizedAlpha,
 ) -> None:
-    """Replace the samples that were run `again`, with half the step."""
+    """Replace `retry_samples` by their results with half the step."""
     times = halves.times()
-    interruptible(lambda: find_out_of_reach(system, times, integrator, again, finer.failures))
-    finer.failures[:, 1] = np.ceil(finer.failures[:, 1] / 2)
-    kept_impulses = [impulse for impulse in batch.impulses if impulse.sample not in again]
-    batch.impulses[:] = kept_impulses + finer.impulses
-    batch.outputs[again] = finer.outputs
-    batch.failures[again] = finer.failures
-    batch.turned[again] = finer.turned
-    batch.unresolved[again] = np.ceil(finer.unresolved / 2)
-    batch.strains.place(again, finer.strains)
-    if finer.ends.size:
-        batch.ends[:, again] = finer.ends
+    interruptible(
+        lambda: find_out_of_reach(system, times, integrator, retry_samples, retry_batch.failures)
+    )
+    retry_batch.failures[:, 1] = np.ceil(retry_batch.failures[:, 1] / 2)
+    kept_impulses = [impulse for impulse in batch.impulses if impulse.sample not in retry_samples]
+    batch.impulses[:] = kept_impulses + retry_batch.impulses
+    batch.outputs[retry_samples] = retry_batch.outputs
+    batch.failures[retry_samples] = retry_batch.failures
+    batch.turned[retry_samples] = retry_batch.turned
+    batch.unresolved[retry_samples] = np.ceil(retry_batch.unresolved / 2)
+    batch.strains.place(retry_samples, retry_batch.strains)
+    if retry_batch.ends.size:
+        batch.ends[:, retry_samples] = retry_batch.ends
 
 
 def check_sensors(mechanism: Mechanism, grid: TimeGrid) -> None:

@@ -39,34 +39,36 @@ class StaticStart(Start):
         system = run.system
         state = system.structure.state
         samples = run.samples
-        packed = None
+        # Joints that switch do not do so at rest: equilibria are those of another system.
+        values_of = None
         if mechanism.switches:
             system = replace(assemble(mechanism.at_rest()), samples=run.system.samples)
-            packed = pack(system, AT_START, samples)
-        kept = [_kept_rows(each.structure.state) for each in (run.system, system)]
+            values_of = pack(system, AT_START, samples)
+        rest_rows = [_kept_rows(layout.structure.state) for layout in (run.system, system)]
 
         def begin_block(number: int, values: Values) -> Begun:
             count = min(WIDTH, len(samples) - number * WIDTH)
             work, failure = begin(run.system, values)
-            assembled = work.z.copy()
-            rest = block_equilibria(system, packed(number) if packed else values, 1, count)
+            assembled_z = work.z.copy()
+            rest = block_equilibria(system, values_of(number) if values_of else values, 1, count)
             z = work.z.copy()
-            failed = np.where(failure[0] > 0, failure, rest.failure)
-            if packed:
-                failed[2] = -1.0  # constraints have other numbers
+            rest_failure = np.where(failure[0] > 0, failure, rest.failure)
+            if values_of:
+                rest_failure[2] = -1.0  # constraints have other numbers
+            # Take over the equilibrium of each lane, if it is stable.
             for lane in range(WIDTH):
                 balance = rest.balances[min(lane, count - 1)]
-                failed[:, lane] = failed[:, min(lane, count - 1)]
-                if not failed[0, lane]:
-                    z[kept[0], lane] = balance.z[kept[1]]
-                    if not packed:  # turns are counted on the way
+                rest_failure[:, lane] = rest_failure[:, min(lane, count - 1)]
+                if not rest_failure[0, lane]:
+                    z[rest_rows[0], lane] = balance.z[rest_rows[1]]
+                    if not values_of:  # turns are counted on the way
                         work.z[state.angle : state.velocity, lane] = balance.z[
                             state.angle : state.velocity
                         ]
                     if not balance.stable:
-                        failed[:3, lane] = FAILURE.unstable, 0.0, -1.0
+                        rest_failure[:3, lane] = FAILURE.unstable, 0.0, -1.0
             failure = hold(run.system, values, work, z, velocities=False)
-            return Begun(work, np.where(failed[0] > 0, failed, failure), assembled)
+            return Begun(work, np.where(rest_failure[0] > 0, rest_failure, failure), assembled_z)
 
         return begin_block
 
@@ -112,7 +114,7 @@ def start_runs(
     start: str | xr.DataArray,
     period: float | None,
     step: float,
-    slow: float,
+    ramp_time: float,
 ) -> tuple[System, Start]:
     """Return the system of a mechanism and how its runs start, with functions slowed for a time."""
     if isinstance(start, xr.DataArray):
@@ -122,8 +124,8 @@ def start_runs(
     system = assemble(mechanism)
     if start == "periodic" and mechanism.switches:
         raise InputError("start='periodic' is not for a mechanism with joints that switch")
-    if slow:
-        system = replace(system, functions=slow_functions(system.functions, slow))
+    if ramp_time:
+        system = replace(system, functions=slow_functions(system.functions, ramp_time))
     return system, begins
 
 

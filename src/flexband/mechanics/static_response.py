@@ -45,9 +45,9 @@ class AtRest(MechanismResponse, ABC):
         mechanism = self.built(values)
         parts = self.element_parts
         numbers = elements_of(mechanism, parts)
-        finer = {"elements": replace(self, element_parts=2 * parts)} if numbers else {}
+        refinements = {"elements": replace(self, element_parts=2 * parts)} if numbers else {}
         left_out = ["elements"] * bool(mechanism.without_elements)
-        return Description(left_out, [], numbers, finer.copy, *self.components(mechanism))
+        return Description(left_out, [], numbers, refinements.copy, *self.components(mechanism))
 
     def __call__(self, **values: Argument) -> xr.DataArray:
         """Return the outputs, dims (sample, output).

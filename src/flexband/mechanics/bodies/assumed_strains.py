@@ -43,16 +43,18 @@ def stiffness(shapes: np.ndarray, number: np.ndarray) -> list[np.ndarray]:
 
 
 def line_stiffness(
-    EA: np.ndarray, EI: np.ndarray, length: np.ndarray, held: ArrayLike = 0.0
+    EA: np.ndarray, EI: np.ndarray, length: np.ndarray, excess_stiffness: ArrayLike = 0.0
 ) -> list[np.ndarray]:
     """Return E_m, α, β, E_ii, E_ij, E_jj, B_0, ρ and B_1, see `kernels.elements.centre_line`.
 
-    EA [N] and EI [N m²] are as in `stiffness`, `length` [m] has shape (n or 1, elements). `held` is
-    added to EA where the axis is stretched at the ends and compressed in the middle.
+    EA [N] and EI [N m²] are as in `stiffness`, `length` [m] has shape (n or 1, elements).
+    `excess_stiffness` is added to EA where the axis is stretched at the ends and compressed in the
+    middle.
     """
-    more = np.sum(held * np.ones_like(EA), axis=-1) / 45  # of Legendre's parabola
+    # The stiffness by Legendre's parabola, whose factors are below.
+    parabola_term = np.sum(excess_stiffness * np.ones_like(EA), axis=-1) / 45
     ii, im, ij, mm, mj, jj = (
-        number + factor * more
+        number + factor * parabola_term
         for number, factor in zip(
             stiffness(interpolation(AXIAL, POSITIONS), EA), (1, -2, 1, 4, -2, 1), strict=True
         )
@@ -64,8 +66,8 @@ def line_stiffness(
 
 def bent(angle: np.ndarray, q: np.ndarray, length: np.ndarray) -> list[np.ndarray]:
     """Return the strains of bending at q as in `slope`: the angle, less than π, and κ₂ − κ₁."""
-    turned = np.remainder(angle + np.pi, 2 * np.pi) - np.pi
-    return [turned, curvature(q, GAUSS[1], length) - curvature(q, GAUSS[0], length)]
+    turn = np.remainder(angle + np.pi, 2 * np.pi) - np.pi
+    return [turn, curvature(q, GAUSS[1], length) - curvature(q, GAUSS[0], length)]
 
 
 def interpolate(points: Sequence[float], strains: np.ndarray, xi: float) -> np.ndarray:
@@ -76,23 +78,23 @@ def interpolate(points: Sequence[float], strains: np.ndarray, xi: float) -> np.n
 def axial_strain(
     xi: float,
     axial: np.ndarray,
-    bent: np.ndarray,
+    bend_strains: np.ndarray,
     shear: np.ndarray,
     pull: ArrayLike,
-    loaded: np.ndarray,
+    load_term: np.ndarray,
 ) -> np.ndarray:
     """Return N/EA at ξ, shape (…), from axial strains (3, …), bending (2, …) and shear Q/EA.
 
     It is the line through the axial strain at the two Gauss points, and the parabola beside it that
     N has where no force acts: N′ = Qφ′ and Q′ = −Nφ′ give N″ = Qφ″ − Nφ′². The line misses a
     `pull`, 5 times that of Qγ/EA: where the axis shears by γ, Γ at the ends is that of N − 5 Qγ, in
-    the middle that of N + 5/2 Qγ. Forces along the member bend the parabola by what is `loaded`.
+    the middle that of N + 5/2 Qγ. Forces along the member bend the parabola by `load_term`.
     """
     first, last = (interpolate(AXIAL, axial, point) for point in GAUSS)
-    middle, (angle, change) = 0.5 * (first + last), bent
-    curved = np.sqrt(3) * shear * change - angle**2 * middle - loaded
+    middle, (angle, change) = 0.5 * (first + last), bend_strains
+    parabola = np.sqrt(3) * shear * change - angle**2 * middle - load_term
     line = middle + (np.sqrt(3) * (last - first) + pull) * (xi - 0.5)
-    return line + 0.5 * curved * (xi**2 - xi + 1 / 6)
+    return line + 0.5 * parabola * (xi**2 - xi + 1 / 6)
 
 
 def load_curvature(force: np.ndarray, chord: np.ndarray, angle: np.ndarray) -> np.ndarray:

@@ -135,15 +135,15 @@ class Beam(CentreLine):
     def __post_init__(self) -> None:
         super().__post_init__()
         profile = self.profile  # refuses a beam without a section
-        given = self.curvature, *vars(profile).values()
-        if not any(callable(value) or np.ndim(value) for value in given):
+        shape_values = self.curvature, *vars(profile).values()
+        if not any(callable(value) or np.ndim(value) for value in shape_values):
             _check_arc(
                 np.asarray(self.curvature), profile.across(lambda _, value, __: np.asarray(value))
             )
         if self.integration is None:
             return
-        allowed = "None, sections.SelectiveIntegration() or sections.FullIntegration()"
-        check_implements("Beam integration", self.integration, SectionIntegration, allowed)
+        requirement = "None, sections.SelectiveIntegration() or sections.FullIntegration()"
+        check_implements("Beam integration", self.integration, SectionIntegration, requirement)
         if self.bending_retardation_time is not None:
             raise InputError(
                 "Beam bending_retardation_time must be None if there is an integration"
@@ -161,8 +161,8 @@ class Beam(CentreLine):
             return Rectangle(self.height, self.width)
         if self.section is None or self.height is not None or self.width is not None:
             raise InputError("a Beam must have either height and width or a section")
-        allowed = "a Circle, a Rectangle or a GeneralSection"
-        check_implements("Beam section", self.section, Section, allowed)
+        requirement = "a Circle, a Rectangle or a GeneralSection"
+        check_implements("Beam section", self.section, Section, requirement)
         return self.section
 
     def properties(self) -> Sequence[tuple[str, Property, Callable]]:
@@ -230,7 +230,7 @@ class Beam(CentreLine):
 
     def elasticity(self, along: Along) -> Elasticity:
         """Return E [Pa], ν and k at the positions of `along`."""
-        E, nu = (along(*given) for given in self.properties()[1:3])
+        E, nu = (along(*arguments) for arguments in self.properties()[1:3])
         if self.shear_factor is None:
             return Elasticity(E, nu, self.profile.shear_factor(nu, along))
         return Elasticity(E, nu, along("Beam shear_factor", self.shear_factor, check_positive))
@@ -261,13 +261,13 @@ class Beam(CentreLine):
         beam that spins, if it is nine times as long as its radius of gyration.
         """
         factor = 10.0
-        inertia, most = np.broadcast_arrays(
+        inertia, limit = np.broadcast_arrays(
             self._rotary(along), factor * self._section_inertia(along)
         )
-        if np.any(inertia > most):
-            worst = np.unravel_index(np.argmax(inertia / most), most.shape)
+        if np.any(inertia > limit):
+            worst = np.unravel_index(np.argmax(inertia / limit), limit.shape)
             raise InputError(
-                f"Beam rotary_inertia [kg m] must be at most {most[worst]:.3g}, "
+                f"Beam rotary_inertia [kg m] must be at most {limit[worst]:.3g}, "
                 f"{factor:g} times that of the section, if there is an integration; "
                 f"got {inertia[worst]:.3g}. Leave integration out to give more"
             )
@@ -302,9 +302,9 @@ class Beam(CentreLine):
             angles.append(np.arctan2(e[1], e[0]))
         gamma = np.arctan2(shear, np.add(axial, 1))
         middle = np.hypot(*slope(axis, 0.5, length)) * np.cos(0.5 * (gamma[0] + gamma[1])) - 1
-        curved = bent(angles[1] - angles[0], axis, length)
+        bend_strains = bent(angles[1] - angles[0], axis, length)
         thickness = [0.5 * (d[0] ** 2 + d[1] ** 2 - 1) for d in sections]
-        return np.stack([axial[0], middle, axial[1], *curved, *shear, *thickness])
+        return np.stack([axial[0], middle, axial[1], *bend_strains, *shear, *thickness])
 
     def initial_strains(self, points: np.ndarray) -> list[np.ndarray]:
         """Return the strains of a continuum at these ξ at the start, (elements, points, n or 1)."""
@@ -321,16 +321,16 @@ class Beam(CentreLine):
         now = self.element_strains(q, length)
         change = now - initial
         axial = change[:3]
-        bent = change[3:5]
+        bend_strains = change[3:5]
         shear = kGA / EA * change[5:7]
         thickness = change[7:]
         pulls = shear * np.arctan2(now[5:7], 1 + now[[0, 2]])  # Qγ/EA
         pull = 5 * (pulls[1] - pulls[0])
         nodes = q.reshape(6, 2, *q.shape[1:])
-        curved = load_curvature(inertia, nodes[3] - nodes[0], now[3]) * length / EA
+        load_term = load_curvature(inertia, nodes[3] - nodes[0], now[3]) * length / EA
         return (
-            axial_strain(xi, axial, now[3:5], 0.5 * (shear[0] + shear[1]), pull, curved),
-            np.tensordot(bending(xi), bent, 1) / length,
+            axial_strain(xi, axial, now[3:5], 0.5 * (shear[0] + shear[1]), pull, load_term),
+            np.tensordot(bending(xi), bend_strains, 1) / length,
             interpolate(ENDS, change[5:7], xi),
             interpolate(ENDS, thickness, xi),
         )
@@ -436,14 +436,14 @@ class Beam(CentreLine):
 
 def _check_arc(curvature: np.ndarray, height: np.ndarray) -> None:
     """Raise `InputError` if the inside of an arc lies beyond its centre."""
-    bent = np.abs(curvature) * height / 2
-    if np.any(bent >= 1):
-        worst = np.argmax(bent)
-        most = float(np.ravel(2 / np.broadcast_to(height, bent.shape))[worst])
-        value = float(np.ravel(np.broadcast_to(curvature, bent.shape))[worst])
+    ratio = np.abs(curvature) * height / 2
+    if np.any(ratio >= 1):
+        worst = np.argmax(ratio)
+        limit = float(np.ravel(2 / np.broadcast_to(height, ratio.shape))[worst])
+        value = float(np.ravel(np.broadcast_to(curvature, ratio.shape))[worst])
         raise InputError(
-            f"Beam curvature [1/m] must be between -2/height and 2/height, {-most:g} and {most:g}, "
-            f"so that the inside of the arc does not reach its centre; got {value:g}"
+            f"Beam curvature [1/m] must be between -2/height and 2/height, {-limit:g} and "
+            f"{limit:g}, so that the inside of the arc does not reach its centre; got {value:g}"
         )
 
 

@@ -61,8 +61,8 @@ class Body(ABC):
 
         They are counted from the body's first coordinate. The first vector is r.
         """
-        each = self.per_node // self.dimension
-        return np.arange(self.size).reshape(-1, each, self.dimension)
+        vectors_per_node = self.per_node // self.dimension
+        return np.arange(self.size).reshape(-1, vectors_per_node, self.dimension)
 
     @property
     def axes(self) -> np.ndarray:
@@ -111,10 +111,10 @@ class Body(ABC):
         return self
 
 
-def check_implements(name: str, value: object, kind: type, allowed: str) -> None:
+def check_implements(name: str, value: object, kind: type, requirement: str) -> None:
     """Raise `InputError` if `value` is not of a class or protocol, or is itself a class."""
     if isinstance(value, type) or not isinstance(value, kind):
-        raise InputError(f"{name} must be {allowed}; got {value_text(value)}")
+        raise InputError(f"{name} must be {requirement}; got {value_text(value)}")
 
 
 def point(name: str, value: Point, dimension: int = 2) -> tuple[np.ndarray, ...]:
@@ -122,8 +122,8 @@ def point(name: str, value: Point, dimension: int = 2) -> tuple[np.ndarray, ...]
 
     Of three dimensions it may be a triple; the third coordinate of a pair is 0.
     """
-    listed = isinstance(value, list | tuple | np.ndarray) and np.iterable(value)
-    if not listed or not 2 <= len(value) <= dimension:
+    is_sequence = isinstance(value, list | tuple | np.ndarray) and np.iterable(value)
+    if not is_sequence or not 2 <= len(value) <= dimension:
         kind = "a pair" if dimension == 2 else "a pair or a triple"
         raise InputError(f"{name} must be {kind}; got {value_text(value)}")
     axes = zip((*value, 0.0)[:dimension], "XYZ", strict=False)

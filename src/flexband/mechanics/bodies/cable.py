@@ -141,8 +141,8 @@ class Cable(CentreLine):
         change = now - initial
         by_length = np.sqrt(3) * change[4] / length**2
         ends = q.reshape(4, 2, *q.shape[1:])
-        curved = load_curvature(inertia, ends[2] - ends[0], now[3]) * length / EA
-        axial = axial_strain(xi, change[:3], now[3:], -EI / EA * by_length, 0.0, curved)
+        load_term = load_curvature(inertia, ends[2] - ends[0], now[3]) * length / EA
+        axial = axial_strain(xi, change[:3], now[3:], -EI / EA * by_length, 0.0, load_term)
         return axial, np.tensordot(bending(xi), change[3:], 1) / length, by_length
 
     def section_forces(self, state: ElementState) -> Sequence[np.ndarray]:

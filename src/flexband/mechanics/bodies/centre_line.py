@@ -84,6 +84,7 @@ class CentreLine(Body):
         elements = check_integer(f"{name} elements", self.elements, 1, 100_000)
         object.__setattr__(self, "elements", elements)
         check_integer(f"{name} elements_per_node", self.elements_per_node, 1, elements)
+        # Divisions are increasing fractions.
         places = [0.0, *self.divisions, 1.0] if isinstance(self.divisions, tuple) else [0.0]
         numeric = all(isinstance(place, float) for place in places)
         if not (numeric and np.all(np.diff(places) > 0) and len(places) > 1):
@@ -104,9 +105,9 @@ class CentreLine(Body):
         for quantity, value, check in (curvature, *self.properties()):
             if not callable(value):
                 check(quantity, value)
-        bent = [] if callable(self.curvature) else [self.curvature]
+        curvatures = [] if callable(self.curvature) else [self.curvature]
         motion = self.angle, self.rate, *start, *velocity
-        check_same_samples(name, self.length, *self.retardation_times, *bent, *motion)
+        check_same_samples(name, self.length, *self.retardation_times, *curvatures, *motion)
 
     @classmethod
     def along(cls, path: Path, **properties: Any) -> Self:
@@ -284,13 +285,13 @@ class CentreLine(Body):
             curvature = self.evaluated(places, "curvature [1/m]", self.curvature, check_finite)
             steps = None if self.mesh.even else panels * self.mesh.at(places)
             curve = drawn(curvature, length / panels, steps)
-            x, y, turned = (column[:, ::panels] for column in curve)
+            x, y, turn = (column[:, ::panels] for column in curve)
         else:
             curvature = np.asarray(self.curvature, dtype=float)[..., None]
-            x, y, turned = arc(curvature, length * self.mesh.nodes)
+            x, y, turn = arc(curvature, length * self.mesh.nodes)
         c = np.cos(angle)
         s = np.sin(angle)
-        return x0 + c * x - s * y, y0 + s * x + c * y, angle + turned
+        return x0 + c * x - s * y, y0 + s * x + c * y, angle + turn
 
     def velocities(self) -> list[np.ndarray]:  # those of a rigid body
         q = self.coordinates()
@@ -305,8 +306,8 @@ class CentreLine(Body):
 
     def refined(self, parts: int) -> Self:
         elements = parts * self.elements
-        each = parts * self.elements_per_node
-        return replace(self, elements=elements, elements_per_node=each, elements_left_out=False)
+        per_node = parts * self.elements_per_node
+        return replace(self, elements=elements, elements_per_node=per_node, elements_left_out=False)
 
     def divided(self, points: Iterable[str]) -> Self:
         places = set()
@@ -323,9 +324,9 @@ class CentreLine(Body):
     def _place(self, name: str) -> float:
         """Return the place of a named point in lengths of an element, if all were equal."""
         count = self.elements
-        each = self.elements_per_node
+        per_node = self.elements_per_node
         places = {"start": 0.0, "end": count, "middle": count / 2, "center": count / 2}
-        places |= {f"node {k}": k * each for k in range(count // each + 1)}
+        places |= {f"node {k}": k * per_node for k in range(count // per_node + 1)}
         try:
             place = places[name] if name in places else float(name) * count
         except (TypeError, ValueError, OverflowError):
@@ -333,13 +334,15 @@ class CentreLine(Body):
         if not 0 <= place <= count:
             raise InputError(
                 f"point must be 'start', 'middle', 'center', 'end', 'node 0' to "
-                f"'node {count // each}', or a fraction of the length from '0' to '1'; got {name!r}"
+                f"'node {count // per_node}', or a fraction of the length from '0' to '1'; "
+                f"got {name!r}"
             )
         return place
 
     def frame(self, name: str, first: int) -> PlanarFrame:
         place = self.located(name)
         rows = first + self.element_rows
+        # At a node the frame is that of the node.
         if place == self.elements:
             return self.node_frame(int(rows[-1]) + self.per_node)
         element = int(place)
@@ -350,6 +353,7 @@ class CentreLine(Body):
             return replace(a, axes=(scale(0.5, add(before.x, a.x)), a.y))
         if place == element:
             return a
+        # Within an element it is interpolated between those of its nodes.
         xi = place - element
         length = self.length_of(element)
 

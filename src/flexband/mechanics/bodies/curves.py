@@ -31,6 +31,7 @@ def measure_path(path: Path) -> Curve:
     """Return the length, the start and the curvature of a path."""
     count = 2001
     u = np.linspace(0.0, 1.0, count)
+    # Points of the path, by arguments from 0 to 1.
     if callable(path):
         points = check_finite("path", evaluate_function(path, u, "path"), rank=None)
     else:
@@ -47,12 +48,14 @@ def measure_path(path: Path) -> Curve:
             f"path must map u of shape ({count},) to points of shape ({count}, 2); "
             f"got shape {points.shape}"
         )
+    # Its tangents, which must not vanish.
     spline = scipy.interpolate.CubicSpline(u, points)
     x1, y1 = spline(u, 1).T
     speed = np.hypot(x1, y1)
     if speed.min() < 1e-9 * speed.max() or speed.max() == 0:
         where = f"u = {u[speed.argmin()]:g}"
         raise InputError(f"path must have a tangent everywhere; got a zero derivative at {where}")
+    # The angle as a function of the length.
     s = scipy.integrate.cumulative_simpson(speed, x=u, initial=0)
     angle = np.unwrap(np.arctan2(y1, x1))
     start = (float(points[0, 0]), float(points[0, 1]))

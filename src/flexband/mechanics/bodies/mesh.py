@@ -31,9 +31,9 @@ class Mesh(NamedTuple):
         """Return a place in units in elements from the start."""
         if not len(self.doubled):
             return place
-        located = float(np.interp(place, self.nodes, np.arange(len(self.nodes))))
-        nearest = round(located)
-        return nearest if abs(self.nodes[nearest] - place) < self.rounding else located
+        position = float(np.interp(place, self.nodes, np.arange(len(self.nodes))))
+        nearest = round(position)
+        return nearest if abs(self.nodes[nearest] - place) < self.rounding else position
 
 
 def divided_mesh(elements: int, elements_per_node: int, divisions: Sequence[float]) -> Mesh:
@@ -46,12 +46,12 @@ def divided_mesh(elements: int, elements_per_node: int, divisions: Sequence[floa
     parts = len(places) + 1
     if not 1 < parts <= coarse:
         return Mesh(even, np.array([], dtype=int), True, parts)
-    each = elements // coarse
+    ratio = elements // coarse
     ends = np.array([0.0, *places, coarse])
-    counts = each * _share_elements(np.diff(ends), coarse)
-    within = zip(ends, ends[1:], counts, strict=False)
-    parted = [np.linspace(a, b, n, endpoint=False) for a, b, n in within]
-    nodes = each * np.append(np.concatenate(parted), coarse)
+    counts = ratio * _share_elements(np.diff(ends), coarse)
+    spans = zip(ends, ends[1:], counts, strict=False)
+    segments = [np.linspace(a, b, n, endpoint=False) for a, b, n in spans]
+    nodes = ratio * np.append(np.concatenate(segments), coarse)
     mesh = Mesh(nodes, np.cumsum(counts)[:-1], False, parts)
     is_even = bool(np.all(np.abs(nodes - even) < mesh.rounding))
     return mesh._replace(nodes=even, even=True) if is_even else mesh
@@ -59,11 +59,11 @@ def divided_mesh(elements: int, elements_per_node: int, divisions: Sequence[floa
 
 def _apart(places: np.ndarray, end: float, min_distance: float = 0.01) -> list[float]:
     """Return the places that are not too close to the ends and to the place before, in units."""
-    kept = [0.0]
+    divisions = [0.0]
     for place in places:
-        if min(place - kept[-1], end - place) > min_distance:
-            kept.append(float(place))
-    return kept[1:]
+        if min(place - divisions[-1], end - place) > min_distance:
+            divisions.append(float(place))
+    return divisions[1:]
 
 
 def _share_elements(lengths: np.ndarray, elements: int) -> np.ndarray:

@@ -27,9 +27,9 @@ def plausible_material(density: np.ndarray, youngs_modulus: np.ndarray) -> None:
 
 def plausible_thickness(what: str, size: np.ndarray, limit: float = 2.0) -> None:
     """Warn if a part of a machine is so thick [m] that the number may be in millimetres."""
-    least = float(np.median(size))
-    if least > limit:
-        warn(f"{what.format(f'{least:.1g} m')}; is this number in metres?")
+    thickness = float(np.median(size))
+    if thickness > limit:
+        warn(f"{what.format(f'{thickness:.1g} m')}; is this number in metres?")
 
 
 def plausible_length(what: str, length: np.ndarray, thickness: np.ndarray) -> None:
@@ -45,6 +45,6 @@ def plausible_length(what: str, length: np.ndarray, thickness: np.ndarray) -> No
 
 def plausible_block(*sizes: np.ndarray) -> None:
     """Warn if the smallest size of a rigid body [m], or only its largest, may be in millimetres."""
-    least, *_, longest = sorted(float(np.median(size)) for size in sizes)
-    plausible_length("a rigid body", np.asarray(longest), np.asarray(least))
-    plausible_thickness("the smallest side of a rigid body is about {}", np.asarray(least))
+    smallest, *_, longest = sorted(float(np.median(size)) for size in sizes)
+    plausible_length("a rigid body", np.asarray(longest), np.asarray(smallest))
+    plausible_thickness("the smallest side of a rigid body is about {}", np.asarray(smallest))

@@ -161,8 +161,8 @@ class RigidBody(Body):
             If there are fewer than three vertices, the outline encloses no area, touches or crosses
             itself, the width is not positive, or the density is negative.
         """
-        several = isinstance(vertices, Sequence | np.ndarray) and np.iterable(vertices)
-        if not several or len(vertices) < 3:
+        is_sequence = isinstance(vertices, Sequence | np.ndarray) and np.iterable(vertices)
+        if not is_sequence or len(vertices) < 3:
             raise InputError(
                 f"polygon vertices must be 3 points or more; got {value_text(vertices)}"
             )
@@ -172,21 +172,24 @@ class RigidBody(Body):
         x, y = (np.stack(np.broadcast_arrays(*axis)) for axis in zip(*corners, strict=True))
         x2 = np.roll(x, -1, axis=0)
         y2 = np.roll(y, -1, axis=0)
-        doubled = x * y2 - x2 * y
-        area = doubled.sum(axis=0) / 2
+        # Area by the shoelace formula.
+        cross_products = x * y2 - x2 * y
+        area = cross_products.sum(axis=0) / 2
         turn = np.sign(area)
         per_area = thickness * rho
         check_positive("area enclosed by the polygon vertices [m²]", area * turn)
+        # Refuse outlines that cross; doubled corners are left out.
         edge_starts = np.flatnonzero(np.any((x != x2) | (y != y2), axis=tuple(range(1, x.ndim))))
-        met = _touching_edges(*(v[edge_starts].reshape(len(edge_starts), -1) for v in (x, y)))
-        if met is not None:
-            edges = " and ".join(f"from vertex {edge_starts[k]}" for k in met)
+        edge_pair = _touching_edges(*(v[edge_starts].reshape(len(edge_starts), -1) for v in (x, y)))
+        if edge_pair is not None:
+            edges = " and ".join(f"from vertex {edge_starts[k]}" for k in edge_pair)
             raise InputError(f"polygon vertices must not cross: the edges {edges} meet")
-        cx = ((x + x2) * doubled).sum(axis=0) / (6 * area)
-        cy = ((y + y2) * doubled).sum(axis=0) / (6 * area)
+        # Centre of mass, mass and inertia about it.
+        cx = ((x + x2) * cross_products).sum(axis=0) / (6 * area)
+        cy = ((y + y2) * cross_products).sum(axis=0) / (6 * area)
         squares = x * x + x * x2 + x2 * x2 + y * y + y * y2 + y2 * y2
         mass = area * turn * per_area
-        about_origin = turn * per_area * (squares * doubled).sum(axis=0) / 12
+        about_origin = turn * per_area * (squares * cross_products).sum(axis=0) / 12
         inertia = about_origin - mass * (cx**2 + cy**2)
         return RigidBody(mass=mass, inertia=inertia, center=(cx, cy), **motion)
 
@@ -273,10 +276,10 @@ class RigidBody(Body):
 
 def _sizes(shape: str, density: ArrayLike, **sizes: ArrayLike) -> list[np.ndarray]:
     """Return the sizes [m] and the density [kg/m³] of a shape, checked."""
-    checked = [check_positive(f"{shape} {name} [m]", size) for name, size in sizes.items()]
-    checked.append(check_non_negative(f"{shape} density [kg/m³]", density))
-    check_same_samples(shape, *checked)
-    return checked
+    arrays = [check_positive(f"{shape} {name} [m]", size) for name, size in sizes.items()]
+    arrays.append(check_non_negative(f"{shape} density [kg/m³]", density))
+    check_same_samples(shape, *arrays)
+    return arrays
 
 
 def _touching_edges(x: np.ndarray, y: np.ndarray) -> tuple[int, int] | None:
@@ -285,26 +288,28 @@ def _touching_edges(x: np.ndarray, y: np.ndarray) -> tuple[int, int] | None:
     start = np.stack([x, y])
     end = np.roll(start, -1, axis=1)
     after = np.roll(start, -2, axis=1)
-    back = _orientation(start, end, after) == 0
-    back &= _forward(start, end, after) < 0
-    if back.any():
-        k = int(np.argwhere(back)[0, 0])
+    # Neighbours touch where the outline turns back.
+    reversals = _orientation(start, end, after) == 0
+    reversals &= _forward(start, end, after) < 0
+    if reversals.any():
+        k = int(np.argwhere(reversals)[0, 0])
         return k, (k + 1) % count
+    # Others touch where each one's ends are not on one side of the other one.
     for k in range(count - 2):
         others = slice(k + 2, count - (k == 0))
         p = start[:, k, None]
         q = end[:, k, None]
         r = start[:, others]
         s = end[:, others]
-        apart = np.maximum(p, q) < np.minimum(r, s)
-        apart |= np.maximum(r, s) < np.minimum(p, q)
-        near = ~apart.any(axis=0)
-        if not near.any():
+        disjoint = np.maximum(p, q) < np.minimum(r, s)
+        disjoint |= np.maximum(r, s) < np.minimum(p, q)
+        contact_mask = ~disjoint.any(axis=0)
+        if not contact_mask.any():
             continue
-        near &= _orientation(p, q, r) * _orientation(p, q, s) <= 0
-        near &= _orientation(r, s, p) * _orientation(r, s, q) <= 0
-        if near.any():
-            return k, k + 2 + int(np.argwhere(near)[0, 0])
+        contact_mask &= _orientation(p, q, r) * _orientation(p, q, s) <= 0
+        contact_mask &= _orientation(r, s, p) * _orientation(r, s, q) <= 0
+        if contact_mask.any():
+            return k, k + 2 + int(np.argwhere(contact_mask)[0, 0])
     return None
 
 

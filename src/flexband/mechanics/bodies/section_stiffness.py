@@ -129,10 +129,10 @@ class SelectiveIntegration:
 
     def stress(self, material: Elasticity, strain: Strains, y: np.ndarray) -> Sequence[np.ndarray]:
         (E, nu, _), (a0, a1, a2, b, g0, g1) = material, strain
-        coupled = nu * E / (1 - nu**2)
+        coupling = nu * E / (1 - nu**2)
         kG = self._factor(material) * E / (2 * (1 + nu))
-        xx = E * (a0 + y * a1 + y**2 * a2) + coupled * (nu * a0 + b)
-        return xx, E * b + coupled * (nu * b + a0), kG * (g0 + y * g1)
+        xx = E * (a0 + y * a1 + y**2 * a2) + coupling * (nu * a0 + b)
+        return xx, E * b + coupling * (nu * b + a0), kG * (g0 + y * g1)
 
     def _factor(self, material: Elasticity) -> ArrayLike:
         return material.k if self.shear_factor is None else self.shear_factor

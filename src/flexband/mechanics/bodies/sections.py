@@ -103,9 +103,9 @@ class Circle(_Given):
         full, hole = np.broadcast_arrays(self.across(along), self._hole(along))
         if np.any(hole >= full):
             worst = np.argmax(hole - full)
-            allowed = f"less than diameter, {full.flat[worst]:g}"
+            requirement = f"less than diameter, {full.flat[worst]:g}"
             raise InputError(
-                f"Circle inner_diameter [m] must be {allowed}; got {hole.flat[worst]:g}"
+                f"Circle inner_diameter [m] must be {requirement}; got {hole.flat[worst]:g}"
             )
         return [np.pi / c * (full**k - hole**k) for c, k in ((4.0, 2), (64.0, 4), (512.0, 6))]
 

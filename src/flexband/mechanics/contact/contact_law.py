@@ -71,11 +71,11 @@ def angle_contact(normal_law: NormalLaw, sign: float, limit: ArrayLike) -> PairC
 def elastic_force(depth, p):
     """Return K δⁿ of the parameters `LAW_PARAMETERS`."""
     n = p[1]
-    raised = where(n - 1.5, depth, depth * sqrt(depth))
+    depth_power = where(n - 1.5, depth, depth * sqrt(depth))
     others = (n - 1.5) * (n - 1.0)
     if any_true(others):
-        raised = where(others, power(depth, n), raised)
-    return p[0] * raised
+        depth_power = where(others, power(depth, n), depth_power)
+    return p[0] * depth_power
 
 
 @compiled
@@ -87,15 +87,16 @@ def damping_coefficient(depth, elastic, mode, mass, p):
     none = filled(0.0)
     n = p[1]
     speed = maximum(-mode, p[3])
-    settled = less(mass, none)
+    impact_over = less(mass, none)
     mass = magnitude(mass)
+    # From the restitution of the impact, and from the damping of vibrations.
     of_impact = p[2] * elastic / speed
     tangent = n * elastic / maximum(depth, filled(1e-300))
     of_vibration = 2.0 * p[4] * sqrt(tangent * mass)
     reach = 2.0 * elastic * depth / ((n + 1.0) * maximum(mass, filled(1e-300)) * speed * speed)
-    reach = where(settled, filled(1e300), reach / (IMPACT_REACH * IMPACT_REACH))
-    pressed = maximum(of_impact / maximum(reach, filled(1.0)), of_vibration)
-    c = where(less(filled(1.0), reach), minimum(pressed, of_impact), of_impact)
+    reach = where(impact_over, filled(1e300), reach / (IMPACT_REACH * IMPACT_REACH))
+    damping = maximum(of_impact / maximum(reach, filled(1.0)), of_vibration)
+    c = where(less(filled(1.0), reach), minimum(damping, of_impact), of_impact)
     return where(less(none, depth), where(less(-mode, filled(MARK.at_rest)), c, none), none)
 
 
@@ -129,14 +130,17 @@ def _law_of(kernel: Callable[..., tuple], count: int) -> Callable[[int], None]:
         x2 = load_rows(memory, second_x, AXES)
         v1 = load_rows(memory, v, AXES)
         v2 = load_rows(memory, second_v, AXES)
+        # The gap, its normal, and where the bodies touch, from their centres.
         gap, nx, ny, ax, ay, bx, by = kernel((x1, x2), p[LAW_PARAMETERS:])
         ax = ax - x1[0]
         ay = ay - x1[1]
         bx = bx - x2[0]
         by = by - x2[1]
+        # Rate of the gap.
         vx = v1[0] - v1[2] * ay - v2[0] + v2[2] * by
         vy = v1[1] + v1[2] * ax - v2[1] - v2[2] * bx
         rate = nx * vx + ny * vy
+        # The force, and its moments on both bodies.
         F, loss = normal_force(-gap, -rate, load(memory, mode), load(memory, mode + 5), p)
         first = F * (ax * ny - ay * nx)
         second = F * (by * nx - bx * ny)

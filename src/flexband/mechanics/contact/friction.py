@@ -56,12 +56,12 @@ class Coulomb:
     def __post_init__(self) -> None:
         kinetic = check_non_negative("Coulomb kinetic", self.kinetic)
         static = kinetic
-        given = [kinetic, check_non_negative("Coulomb viscous [N s/m]", self.viscous)]
+        coefficients = [kinetic, check_non_negative("Coulomb viscous [N s/m]", self.viscous)]
         if self.static is not None:
             static = check_non_negative("Coulomb static", self.static)
         if self.stribeck_speed is not None:
-            given.append(check_positive("Coulomb stribeck_speed [m/s]", self.stribeck_speed))
-        check_same_samples("Coulomb", static, *given)
+            coefficients.append(check_positive("Coulomb stribeck_speed [m/s]", self.stribeck_speed))
+        check_same_samples("Coulomb", static, *coefficients)
         if np.any(static < kinetic):
             raise InputError(
                 f"Coulomb static must be at least kinetic; got {self.static} and {self.kinetic}"

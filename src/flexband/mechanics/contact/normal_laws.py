@@ -80,10 +80,10 @@ class NormalLaw(ABC):
         name = type(self).__name__
         check_positive(f"{name} stiffness", self.stiffness)
         e = check_non_negative(f"{name} restitution", self.restitution)
-        least = self.least_restitution
-        if np.any((e < least) | (e > 1)):
+        minimum = self.least_restitution
+        if np.any((e < minimum) | (e > 1)):
             worst = np.max(e) if np.max(e) > 1 else np.min(e)
-            raise InputError(f"{name} restitution must be from {least:g} to 1; got {worst:g}")
+            raise InputError(f"{name} restitution must be from {minimum:g} to 1; got {worst:g}")
         n = check_positive(f"{name} exponent", self.exponent)
         if np.any(n < 1):
             raise InputError(f"{name} exponent must be 1 or more; got {np.min(n):g}")

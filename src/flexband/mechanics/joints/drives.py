@@ -145,8 +145,8 @@ class PrescribedTravel(PairJoint, HoldingJoint):
         travel = Form.function(self.travel)
         axis = along(second, self.axis)
         size = Form.constant(1.0) if second.rigid else length(axis)
-        apart = subtract(frame(self.first).position, second.position)
-        return [Held(dot(axis, apart) - travel * size, axis)]
+        separation = subtract(frame(self.first).position, second.position)
+        return [Held(dot(axis, separation) - travel * size, axis)]
 
 
 @frozen()

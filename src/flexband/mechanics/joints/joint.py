@@ -195,9 +195,9 @@ class ModifiedJoint(HoldingJoint):
 
 def held_place(first: Frame, second: Frame) -> list[Held]:
     """Return what holds the first point at its place in the axes of the second body."""
-    apart = subtract(first.position, second.position)
-    axes = (second.direction(*axis) for axis in np.eye(len(apart)).tolist())
-    return [Held(dot(axis, apart), axis) for axis in axes]
+    separation = subtract(first.position, second.position)
+    axes = (second.direction(*axis) for axis in np.eye(len(separation)).tolist())
+    return [Held(dot(axis, separation), axis) for axis in axes]
 
 
 def held_turn(first: Frame, second: Frame, angle: Form | np.ndarray) -> Held:

@@ -89,9 +89,9 @@ class LineJoint(PairJoint):
     def _across(self, frame: Resolve, *offsets: ArrayLike) -> list[Held]:
         """Return n · (r_first − r_second) less an offset [m], for each n across the line."""
         line = straight(type(self).__name__, frame(self.second))
-        apart = subtract(frame(self.first).position, line.position)
+        separation = subtract(frame(self.first).position, line.position)
         return [
-            Held(dot(normal, apart) - np.asarray(offset, dtype=float), normal)
+            Held(dot(normal, separation) - np.asarray(offset, dtype=float), normal)
             for normal, offset in zip(across(line, self.axis), offsets, strict=True)
         ]
 
@@ -196,9 +196,9 @@ class Revolute(PairJoint):
 def _check_clearance(name: str, clearance: ArrayLike | None, law: NormalLaw | None) -> None:
     """Raise `InputError` if a clearance is not positive, or only one of both is given."""
     if (clearance is None) != (law is None):
-        given = "clearance" if law is None else "law"
+        argument = "clearance" if law is None else "law"
         raise InputError(
-            f"{name} needs both of clearance and law, or none of them; got {given} alone"
+            f"{name} needs both of clearance and law, or none of them; got {argument} alone"
         )
     if clearance is not None:
         check_positive(f"{name} clearance [m]", clearance)
@@ -343,6 +343,7 @@ class Prismatic(LineJoint, AlignedJoint):
         along = _unit(turn)
         across = _unit(turn + math.pi / 2)
         contacts = []
+        # Each corner touches the wall on its side.
         for end, wall in product((-1.0, 1.0), repeat=2):
             normal = wall * y, -wall * x
             centre_x, centre_y = (
@@ -383,12 +384,12 @@ class Prismatic(LineJoint, AlignedJoint):
             return []
         first = frame(self.first)
         second = frame(self.second)
-        rows = [held.travel for held in self._across(frame, self.offset[0])]
+        rows = [row.travel for row in self._across(frame, self.offset[0])]
         return [*rows, *parallel(first, second, self.axis), self._aligned(frame)[0]]
 
     def held(self, frame: Resolve) -> list[Held]:
-        turned = held_turn(frame(self.first), frame(self.second), self._turn)
-        return [*self._across(frame, self.offset[0]), turned]
+        angle_row = held_turn(frame(self.first), frame(self.second), self._turn)
+        return [*self._across(frame, self.offset[0]), angle_row]
 
     @property
     def _turn(self) -> np.ndarray:
@@ -485,10 +486,12 @@ class Distance(PairJoint, HoldingJoint):
 
     def held(self, frame: Resolve) -> list[Held]:
         """Return (d · d − ℓ²)/2ℓ with d = r_first − r_second; λ is then the force in the rod."""
-        (apart,) = self.rods(frame)
+        (separation,) = self.rods(frame)
         length = self._length(np.asarray)
         inverse = self._length(_inverse)
-        return [Held((dot(apart, apart) * inverse - length) * 0.5, scale(inverse, apart))]
+        return [
+            Held((dot(separation, separation) * inverse - length) * 0.5, scale(inverse, separation))
+        ]
 
 
 def _inverse(length: np.ndarray) -> np.ndarray:

@@ -29,6 +29,7 @@ def place_bodies(
     `bodies` has the rows of the positions of each body's nodes. Singular values of the rows'
     Jacobian below a part of the largest are left to assembly, whose way is then much shorter.
     """
+    # Number the places of the bodies as columns, and select the rows that depend on them.
     starts = np.cumsum([0, *(len(places[0]) for places in bodies)])
     column = {
         row: int(first) + axis
@@ -43,24 +44,27 @@ def place_bodies(
     z = np.stack([np.broadcast_to(np.asarray(c, dtype=float), samples) for c in guess])
     size = np.abs(z[list(column)]).max(axis=0)
     for _ in range(iterations):
+        # Select the samples in which joints are still open.
         misfit = np.stack([np.broadcast_to(row.at(list(z)), samples) for row in rows])
-        apart = np.flatnonzero(np.abs(misfit).max(axis=0) > tolerance * size)
-        if not len(apart):
+        open_samples = np.flatnonzero(np.abs(misfit).max(axis=0) > tolerance * size)
+        if not len(open_samples):
             break
-        jacobian = np.zeros((len(apart), len(rows), starts[-1]))
+        # Differentiate the rows by the places.
+        jacobian = np.zeros((len(open_samples), len(rows), starts[-1]))
         for k, row in enumerate(rows):
             for (i, j, f), c in row.terms.items():
                 at_start = 1.0 if f is None else evaluate_function(f, 0.0)
-                factor = np.broadcast_to(c * at_start, samples)[apart]
-                for moved, other in ((i, j), (j, i)):
-                    if moved in column:
-                        jacobian[:, k, column[moved]] += factor * z[other, apart]
+                factor = np.broadcast_to(c * at_start, samples)[open_samples]
+                for coordinate, other in ((i, j), (j, i)):
+                    if coordinate in column:
+                        jacobian[:, k, column[coordinate]] += factor * z[other, open_samples]
+        # Move the bodies by the least squares of what is missing.
         inverse = np.linalg.pinv(jacobian, rcond=min_singular_value)
-        shift = np.zeros((starts[-1], len(apart)))
+        shift = np.zeros((starts[-1], len(open_samples)))
         for k in range(len(rows)):  # in this order, whatever the number of samples
-            shift -= inverse[:, :, k].T * misfit[k, apart]
+            shift -= inverse[:, :, k].T * misfit[k, open_samples]
         for node, c in column.items():
-            z[node, apart] += shift[c]
+            z[node, open_samples] += shift[c]
     return list(z)
 
 

@@ -78,8 +78,8 @@ class Brake(PairLoad):
                     pressing, _ = model.spring(spring, torsion=False)
                 case (str(load), str(state)):
                     pressing = model.law_state(load, state)
-                case given:
-                    pressing = in_time("Brake force [N]", given)
+                case force:
+                    pressing = in_time("Brake force [N]", force)
             return [(pressing, Form({}))]
 
         turn = turning_of(model, self.first, self.second)
@@ -133,9 +133,9 @@ class OneWayClutch(PairLoad):
             raise InputError(f"OneWayClutch sense must be 1 or -1; got {self.sense!r}")
 
     def enters(self, model: LoadModel) -> Entries:
-        one, law = [(Form.constant(1.0), Form({}))], Coulomb(kinetic=0.0)
+        pressure, law = [(Form.constant(1.0), Form({}))], Coulomb(kinetic=0.0)
         turn = Travel(turning_of(model, self.first, self.second).travel * float(self.sense))
-        entry = FrictionEntry(turn, law, lambda forces: one, angular=True, one_way=True)
+        entry = FrictionEntry(turn, law, lambda forces: pressure, angular=True, one_way=True)
         return Entries(frictions=[entry])
 
 

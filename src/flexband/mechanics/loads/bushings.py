@@ -101,17 +101,17 @@ def bushing(t, x, v, p, force):
             force[2, i] -= resisting
 
 
-def _three(name: str, given: ArrayLike | Sequence, what: str = "numbers") -> list:
+def _three(name: str, value: ArrayLike | Sequence, what: str = "numbers") -> list:
     """Return three entries; raise `InputError` if there are not so many."""
-    entries = given.tolist() if isinstance(given, np.ndarray) else given
+    entries = value.tolist() if isinstance(value, np.ndarray) else value
     if not isinstance(entries, list | tuple) or len(entries) != 3:
-        raise InputError(f"{name} must be three {what}, of x, y and angle; got {value_text(given)}")
+        raise InputError(f"{name} must be three {what}, of x, y and angle; got {value_text(value)}")
     return list(entries)
 
 
-def _matrix(name: str, given: ArrayLike | Sequence) -> list:
+def _matrix(name: str, value: ArrayLike | Sequence) -> list:
     """Return a matrix by rows, from its three rows or its diagonal."""
-    rows = _three(name, given)
+    rows = _three(name, value)
     if all(isinstance(row, list | tuple) for row in rows):  # arrays are numbers of samples
         rows = [_three(name, row) for row in rows]
     else:

@@ -55,9 +55,11 @@ class Characteristic:
 
     def __post_init__(self) -> None:
         force = check_finite("Characteristic force", self.force, rank=None)
-        given = {"place": self.place, "speed": self.speed}
+        axis_values = {"place": self.place, "speed": self.speed}
         axes = {
-            name: _check_increasing(name, axis) for name, axis in given.items() if axis is not None
+            name: _check_increasing(name, axis)
+            for name, axis in axis_values.items()
+            if axis is not None
         }
         if not axes:
             raise InputError("a Characteristic needs place, speed or both; got none of them")
@@ -110,12 +112,12 @@ def read_table(p, at, x, v):
     return force, coefficient + places * speeds
 
 
-def _check_increasing(name: str, given: ArrayLike) -> np.ndarray:
+def _check_increasing(name: str, values: ArrayLike) -> np.ndarray:
     """Return places or speeds; raise `InputError` if they do not increase."""
-    axis = check_finite(f"Characteristic {name}", given, rank=None)
+    axis = check_finite(f"Characteristic {name}", values, rank=None)
     if axis.ndim != 1 or len(axis) < 2 or np.any(np.diff(axis) <= 0):
         raise InputError(
-            f"Characteristic {name} must be two or more increasing numbers; got {given}"
+            f"Characteristic {name} must be two or more increasing numbers; got {values}"
         )
     return axis
 

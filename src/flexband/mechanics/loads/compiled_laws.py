@@ -52,12 +52,12 @@ def compiled_law(law: Law, shape: LawShape, *, many: int = 200) -> CompiledLaw:
 
     The compilation of `many` laws is warned of: Numba does not give back the 2 MB of each.
     """
-    kept: list = [law]
+    references: list = [law]
     try:
-        key = law if shape.contact else _code_key(law, kept, ()), shape
+        key = law if shape.contact else _code_key(law, references, ()), shape
         with _lock:
             if key not in _laws:
-                _laws[key] = _compile(law, shape, kept)
+                _laws[key] = _compile(law, shape, references)
                 if len(_laws) == many:
                     warn(
                         f"{many} force laws have been compiled; each takes memory until the "
@@ -99,10 +99,10 @@ class _MemoryRows(NamedTuple):
         return _MemoryRows(*accumulate(sizes))
 
 
-def _compile(law: Law, shape: LawShape, kept: list) -> CompiledLaw:
+def _compile(law: Law, shape: LawShape, references: list) -> CompiledLaw:
     if shape.contact:
         code = cfunc("void(intp)", error_model="numpy")(law)
-        return CompiledLaw(cast(int, code.address), (code, *kept))
+        return CompiledLaw(cast(int, code.address), (code, *references))
     dispatcher = _compile_with_checks(law, {})
     done = []
     pairs = np.array(shape.lines, dtype=np.int64).reshape(-1, 3)
@@ -113,10 +113,10 @@ def _compile(law: Law, shape: LawShape, kept: list) -> CompiledLaw:
     _check_return(law, dispatcher, shape)
     rows = _MemoryRows.from_shape(shape)
     report_address = ctypes.cast(report, ctypes.c_void_p).value
-    address, called = every_lane.at_address(
+    address, entry_point = every_lane.at_address(
         np.zeros((rows.end, WIDTH)), rows, pairs, cast(int, code.address), report_address
     )
-    done.append(CompiledLaw(address, (called, code, pairs, report, *kept)))
+    done.append(CompiledLaw(address, (entry_point, code, pairs, report, *references)))
     return done[0]
 
 
@@ -158,6 +158,7 @@ def every_lane(lanes, at, lines, law, report):  # noqa: PLR0912
     states = at.b - at.y
     points = axes // 3
     count = points + len(lines)
+    # Memory of one lane, and views of its parts.
     column = np.empty(at.end)
     places = np.empty((3, count, 3))
     scratch = scratch_of(np.empty(scratch_size(states, axes)), states, axes)
@@ -174,47 +175,50 @@ def every_lane(lanes, at, lines, law, report):  # noqa: PLR0912
     stiffness = column[at.stiffness :]
     nudge = column[at.nudge : at.pace]
     pace = column[at.pace : at.stiffness]
-    differentiated = lanes[at.differentiated, 0] > 0.0
-    first, last = (at.stiffness, at.end) if differentiated else (at.force, at.gap_end)
-    different = 0
+    wants_stiffness = lanes[at.differentiated, 0] > 0.0
+    first, last = (at.stiffness, at.end) if wants_stiffness else (at.force, at.gap_end)
+    # See whether lanes differ in what the law reads.
+    difference_count = 0
     for k in range(at.stiffness):
         is_filled = at.force <= k < at.y or at.rate <= k < at.mode
         if not (is_filled or at.gap <= k < at.differentiated):
             for lane in range(1, WIDTH):
-                different += lanes[k, lane] != lanes[k, 0]
-    good = False
+                difference_count += lanes[k, lane] != lanes[k, 0]
+    # Call the law lane by lane.
+    success = False
     for lane in range(WIDTH):
-        known = True
+        finite_inputs = True
         outcome = OUTCOME.ran
-        if different > 0 or not good:
-            outcome = OUTCOME.raised
+        if difference_count > 0 or not success:
+            outcome = OUTCOME.error
             for k in range(at.stiffness):
                 column[k] = lanes[k, lane]
             for k in range(at.force):
-                known = known and (k < at.x or np.isfinite(column[k]))
+                finite_inputs = finite_inputs and (k < at.x or np.isfinite(column[k]))
             for k in range(len(mode)):
                 mode[k] = np.copysign(1.0, mode[k])
             for k in range(states):
-                known = known and np.isfinite(b[k])
+                finite_inputs = finite_inputs and np.isfinite(b[k])
             for k in range(axes):
                 x.flat[k] = column[at.x + k]
                 v.flat[k] = column[at.v + k]
             call = LawCall(law, column[0], points, lines, b, tau)
-            if known:  # not after the run of this lane has failed
+            if finite_inputs:  # not after the run of this lane has failed
                 add_lines(lines, points, x, v)
-                if differentiated:
+                if wants_stiffness:
                     ran = fill_stiffness(call, arrays, nudge, pace, stiffness, scratch)
-                    outcome = OUTCOME.ran if ran else OUTCOME.raised
+                    outcome = OUTCOME.ran if ran else OUTCOME.error
                 else:
                     outcome = solve(call, arrays, scratch)
                     pass_on(lines, points, x, force)
                     for k in range(axes):
                         column[at.force + k] = force.flat[k]
-        good = outcome == OUTCOME.ran
+        # Hand back the results, NaN where it failed.
+        success = outcome == OUTCOME.ran
         for k in range(first, last):
-            lanes[k, lane] = column[k] if good else np.nan
-            good = good and np.isfinite(column[k])
-        if known and not good:
+            lanes[k, lane] = column[k] if success else np.nan
+            success = success and np.isfinite(column[k])
+        if finite_inputs and not success:
             call_report(report, lanes, lane, outcome)
 
 
@@ -252,12 +256,12 @@ def _one_sample(dispatcher: Dispatcher, shape: LawShape) -> Callable:
 
 def _check_return(law: Law, dispatcher: Dispatcher, shape: LawShape) -> None:
     """Raise `InputError` if a law returns something."""
-    returned = {str(signature.return_type) for signature in dispatcher.nopython_signatures}
-    if returned != {"none"}:
+    return_types = {str(signature.return_type) for signature in dispatcher.nopython_signatures}
+    if return_types != {"none"}:
         optional = ["`rate`"] * (shape.states > 0) + ["`gap`"] * (shape.events > 0)
         fills = " and ".join(["`force`", *optional])
         raise InputError(
-            f"the law {law!r} must fill {fills} and return nothing; it returns {returned.pop()}"
+            f"the law {law!r} must fill {fills} and return nothing; it returns {return_types.pop()}"
         )
 
 
@@ -291,63 +295,64 @@ def _cells(function: FunctionType) -> Iterator[tuple]:
 
 
 @singledispatch
-def _code_key(value, kept: list, within: Functions) -> Hashable:
+def _code_key(value, references: list, within: Functions) -> Hashable:
     """Return a key that is equal for functions of the same code that read the same values.
 
-    `kept` collects objects that are known by their identity, `within` holds the functions around.
+    `references` collects objects that are known by their identity, `within` holds the functions
+    around.
     """
-    kept.append(value)
+    references.append(value)
     return id(value), ()
 
 
 @_code_key.register
-def _(value: Dispatcher, kept: list, within: Functions) -> Hashable:
+def _(value: Dispatcher, references: list, within: Functions) -> Hashable:
     options = repr(sorted(value.targetoptions.items(), key=lambda option: option[0]))
-    return "compiled", options, _code_key(value.py_func, kept, within)
+    return "compiled", options, _code_key(value.py_func, references, within)
 
 
 @_code_key.register
-def _(value: FunctionType, kept: list, within: Functions) -> Hashable:
+def _(value: FunctionType, references: list, within: Functions) -> Hashable:
     if any(value is outer for outer in within):
         raise InputError(f"a law must not call itself; {value.__qualname__} does")
-    return value.__code__, _meanings(_read_by(value), kept, (*within, value))
+    return value.__code__, _meanings(_read_by(value), references, (*within, value))
 
 
 @_code_key.register
-def _(value: ModuleType, kept: list, within: Functions) -> Hashable:
+def _(value: ModuleType, references: list, within: Functions) -> Hashable:
     parts = ()  # attributes of libraries do not change
     if value.__name__.partition(".")[0] not in ("numpy", "math", "cmath", "numba"):
         names = sorted(set().union(*(_names(outer.__code__) for outer in within)))
         parts = tuple((name, vars(value)[name]) for name in names if name in vars(value))
-    return ("module", value.__name__), _meanings(parts, kept, within)
+    return ("module", value.__name__), _meanings(parts, references, within)
 
 
 @_code_key.register
-def _(value: np.ndarray, kept: list, within: Functions) -> Hashable:
+def _(value: np.ndarray, references: list, within: Functions) -> Hashable:
     digest = sha256(value.tobytes()).digest()
     return (value.dtype.str, value.shape, value.strides, digest), ()
 
 
 @_code_key.register
-def _(value: tuple | list, kept: list, within: Functions) -> Hashable:
-    return type(value), _meanings(enumerate(value), kept, within)
+def _(value: tuple | list, references: list, within: Functions) -> Hashable:
+    return type(value), _meanings(enumerate(value), references, within)
 
 
 @_code_key.register(int | float | complex | str | np.generic | NoneType)
-def _(value: complex | str | np.generic | None, kept: list, within: Functions) -> Hashable:
+def _(value: complex | str | np.generic | None, references: list, within: Functions) -> Hashable:
     return (type(value), repr(value)), ()
 
 
-def _meanings(parts: Iterable[tuple], kept: list, within: Functions) -> Hashable:
-    return tuple((name, _code_key(part, kept, within)) for name, part in parts)
+def _meanings(parts: Iterable[tuple], references: list, within: Functions) -> Hashable:
+    return tuple((name, _code_key(part, references, within)) for name, part in parts)
 
 
 def _read_by(function: FunctionType) -> tuple[tuple, ...]:
     """Return the names and values that a function reads from outside."""
-    known = function.__globals__
+    global_values = function.__globals__
     keywords = function.__kwdefaults__ or {}
-    names = sorted(_names(function.__code__) & known.keys())
-    read = [*((name, known[name]) for name in names), *_cells(function), *keywords.items()]
+    names = sorted(_names(function.__code__) & global_values.keys())
+    read = [*((name, global_values[name]) for name in names), *_cells(function), *keywords.items()]
     return *read, ("defaults", function.__defaults__ or ())
 
 
@@ -366,13 +371,15 @@ def _compile_with_checks(law, done: dict[int, Dispatcher]) -> Dispatcher:
     def replaced(value):
         return _compile_with_checks(value, done) if isinstance(value, Dispatcher) else value
 
+    # Replace compiled functions among the globals and in the closure.
     reads = _names(function.__code__) | {"__builtins__", "__name__"}
-    known = {n: replaced(v) for n, v in function.__globals__.items() if n in reads}
+    global_values = {n: replaced(v) for n, v in function.__globals__.items() if n in reads}
     cells = {n: CellType(replaced(v)) for n, v in _cells(function)}
     closure = tuple(cells.get(n, CellType()) for n in function.__code__.co_freevars)
+    # Compile a copy that reads these.
     name = function.__name__
     defaults = function.__defaults__
-    copy = FunctionType(function.__code__, known, name, defaults, closure)
+    copy = FunctionType(function.__code__, global_values, name, defaults, closure)
     copy.__kwdefaults__ = function.__kwdefaults__
     copy.__module__ = function.__module__
     options = {k: v for k, v in options.items() if k not in ("nopython", "boundscheck", "cache")}

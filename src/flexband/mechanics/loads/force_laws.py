@@ -81,8 +81,8 @@ class ForceLaw:
         if not isinstance(self.parameters, list | tuple | np.ndarray) or not np.iterable(
             self.parameters
         ):
-            given = value_text(self.parameters)
-            raise InputError(f"ForceLaw parameters must be a list of numbers; got {given}")
+            text = value_text(self.parameters)
+            raise InputError(f"ForceLaw parameters must be a list of numbers; got {text}")
         for k, value in enumerate(self.parameters):
             in_time(f"ForceLaw parameter {k}", value)
         check_function("ForceLaw law", self.law)

@@ -47,7 +47,7 @@ class CompiledLaw:
     """A law as a C function of the memory that `kernels.laws.forces` describes, for all lanes."""
 
     address: int  # where the engine calls it
-    kept: tuple  # what has to live as long as the code
+    references: tuple  # what has to live as long as the code
 
 
 _thread = threading.local()

@@ -19,9 +19,9 @@ from flexband.errors import InputError
 
 def check_lines(name: str, lines: Sequence[tuple[int, int]], points: int) -> None:
     """Raise `InputError` if these are not pairs of numbers of points."""
-    allowed = f"a list of pairs of different numbers of points, 0 to {points - 1}"
+    requirement = f"a list of pairs of different numbers of points, 0 to {points - 1}"
     if not isinstance(lines, list | tuple):
-        raise InputError(f"ForceLaw {name} must be {allowed}; got {value_text(lines)}")
+        raise InputError(f"ForceLaw {name} must be {requirement}; got {value_text(lines)}")
     for pair in lines:
         if (
             not isinstance(pair, list | tuple)
@@ -29,7 +29,7 @@ def check_lines(name: str, lines: Sequence[tuple[int, int]], points: int) -> Non
             or any(type(k) is not int or not 0 <= k < points for k in pair)
             or pair[0] == pair[1]
         ):
-            raise InputError(f"ForceLaw {name} must be {allowed}; got {value_text(pair)}")
+            raise InputError(f"ForceLaw {name} must be {requirement}; got {value_text(pair)}")
 
 
 @compiled
@@ -45,6 +45,7 @@ def add_lines(lines, points, x, v):
         dv = v[i, 1] - v[j, 1]
         x[row, 2] = x[i, 2] - x[j, 2]
         v[row, 2] = v[i, 2] - v[j, 2]
+        # In the axes of the second body, or along the line itself.
         if lines[n, 2]:
             c = np.cos(x[j, 2])
             s = np.sin(x[j, 2])
@@ -69,6 +70,7 @@ def pass_on(lines, points, x, force):
         row = points + n
         dx = x[i, 0] - x[j, 0]
         dy = x[i, 1] - x[j, 1]
+        # The force in global axes; in those of the second body it turns that one as well.
         if lines[n, 2]:
             c = np.cos(x[j, 2])
             s = np.sin(x[j, 2])

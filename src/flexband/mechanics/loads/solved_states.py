@@ -19,7 +19,7 @@ from flexband.mechanics.loads.lines import add_lines, pass_on
 class Outcomes(NamedTuple):
     """What a law did: it raised an error, it ran, or no states agreed with their rates."""
 
-    raised: int = 0
+    error: int = 0
     ran: int = 1
     unsolved: int = 2
 
@@ -44,7 +44,7 @@ class StateSolver(NamedTuple):
     """Of the last correction where rounding lets none be smaller."""
     regular: float = 0.1
     """Correction after which the next ones shrink as their ratio says."""
-    kept: float = 0.01
+    reuse_ratio: float = 0.01
     """Ratio of two corrections below which derivatives serve once more."""
 
 
@@ -127,14 +127,14 @@ def scratch_of(memory, states, axes):
     """Return the `Scratch` of a law in an array of `scratch_size` numbers."""
     n = states
     square = states * states
-    both = states * axes
+    rectangle = states * axes
     first = 6 * n
     return Scratch(
         memory[:n], memory[n : 2 * n], memory[2 * n : 3 * n], memory[3 * n : 4 * n],
         memory[4 * n : 5 * n], memory[5 * n : first], memory[first : first + square],
         memory[first + square : first + 2 * square],
-        memory[first + 2 * square : first + 2 * square + both],
-        memory[first + 2 * square + both :],
+        memory[first + 2 * square : first + 2 * square + rectangle],
+        memory[first + 2 * square + rectangle :],
     )  # fmt: skip
 
 
@@ -203,47 +203,53 @@ def solve(call, arrays, scratch):  # noqa: PLR0911, PLR0912
     last = np.inf
     fresh = True
     if not evaluate(call, arrays, rest):
-        return OUTCOME.raised
+        return OUTCOME.error
     for _ in range(SOLVER.iterations):
+        # Solved, if nothing is missing at all.
         rests = False
         for k in range(states):
             rests = rests or rest[k] != 0.0
         if not rests:
             return OUTCOME.ran
+        # Differentiate anew, and weigh each equation by its terms.
         if fresh:
             if not differentiate(call, arrays, scratch):
-                return OUTCOME.raised
+                return OUTCOME.error
             for i in range(states):
                 scratch.weight[i] = 1e-300
                 for k in range(states):
                     part = abs(scratch.jacobian[i * states + k]) * size[k]
                     scratch.weight[i] = max(part, scratch.weight[i])
+        # Newton's correction.
         for i in range(states):
             before[i] = y[i]
             move[i] = -rest[i]
         excess = largest(rest, scratch.weight)
         eliminate(scratch, move)
+        # Halve it until the equations are better met.
         part = 1.0
         for _ in range(SOLVER.halvings):
             for k in range(states):
                 y[k] = before[k] + part * move[k]
             if not evaluate(call, arrays, rest):
-                return OUTCOME.raised
+                return OUTCOME.error
             remaining = largest(rest, scratch.weight)
             if remaining < excess or remaining < SOLVER.tolerance:
                 break
             part = 0.5 * part
+        # Stop where what remains is rounding.
         for k in range(states):
             size[k] = max(abs(y[k]), size[k], 1e-300)
         change = largest(move, size)
         if not np.isfinite(change):
             return OUTCOME.unsolved
         regular = part == 1.0 and last < SOLVER.regular
-        left = change * min(change / last, 1.0) if regular else change
-        if left < SOLVER.tolerance or (change < SOLVER.stalled and change > 0.5 * last):
+        error = change * min(change / last, 1.0) if regular else change
+        if error < SOLVER.tolerance or (change < SOLVER.stalled and change > 0.5 * last):
             return OUTCOME.ran
-        known = last if last < np.inf else 1.0
-        fresh = part < 1.0 or change > SOLVER.kept * known
+        # Keep the derivatives while corrections shrink fast.
+        reference = last if last < np.inf else 1.0
+        fresh = part < 1.0 or change > SOLVER.reuse_ratio * reference
         last = change
     return OUTCOME.unsolved
 
@@ -266,6 +272,7 @@ def fill_stiffness(call, arrays, nudge, pace, stiffness, scratch):  # noqa: PLR0
     by_state = scratch.by_state
     for k in range(states):
         scratch.size[k] = size_of(call, arrays, k)
+    # Differences of the places, with all states as they are.
     for j in range(axes):
         place = x.flat[j]
         speed = v.flat[j]
@@ -287,6 +294,7 @@ def fill_stiffness(call, arrays, nudge, pace, stiffness, scratch):  # noqa: PLR0
                 by_axis[k * axes + j] += (0.5 * sign) * scratch.rest[k] / nudge[j]
         x.flat[j] = place
         v.flat[j] = speed
+    # Differences of the states, with all places as they are.
     add_lines(call.lines, call.points, x, v)
     for k in range(states):
         for i in range(axes):
@@ -305,6 +313,7 @@ def fill_stiffness(call, arrays, nudge, pace, stiffness, scratch):  # noqa: PLR0
             for i in range(states):
                 scratch.jacobian[i * states + k] += (0.5 * sign) * scratch.rest[i] / width
         y[k] = before
+    # States follow the places such that they agree with their rates.
     for j in range(axes):
         if states > 0 and nudge[j] != 0.0:
             for k in range(states):
@@ -335,6 +344,7 @@ def eliminate(scratch, x):
     for i in range(n):
         for j in range(n):
             matrix[i * n + j] = scratch.jacobian[i * n + j]
+    # Eliminate downwards, with the largest pivot of each column.
     for k in range(n):
         pivot = k
         for i in range(k + 1, n):
@@ -348,6 +358,7 @@ def eliminate(scratch, x):
             for j in range(k, n):
                 matrix[i * n + j] -= factor * matrix[k * n + j]
             x[i] -= factor * x[k]
+    # Substitute back.
     for k in range(n - 1, -1, -1):
         for j in range(k + 1, n):
             x[k] -= matrix[k * n + j] * x[j]

@@ -99,8 +99,8 @@ class Spring(SpringLoad):
         _pull_and_table("Spring pull [N]", self.pull)
 
     def enters(self, model: LoadModel) -> Entries:
-        apart = subtract(model.frame(self.first).position, model.frame(self.second).position)
-        return self._along(length(apart), self.rest_length, self.pull)
+        separation = subtract(model.frame(self.first).position, model.frame(self.second).position)
+        return self._along(length(separation), self.rest_length, self.pull)
 
 
 @frozen()

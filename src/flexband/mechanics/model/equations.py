@@ -79,8 +79,8 @@ class EquationForms(PartRows):
             owners = [owner for owner, _ in self.contact_laws]
             forces = [c.force for c in self.contacts(name)] if name in owners else []
             if name in self.joints and not forces:
-                carried = self.state.sliding + FRICTION_ROWS * len(self.frictions)
-                forces = [Form.variable(carried + k) for k in self._rows_of(name)]
+                first_row = self.state.sliding + FRICTION_ROWS * len(self.frictions)
+                forces = [Form.variable(first_row + k) for k in self._rows_of(name)]
             normal = friction.normal(forces)
             if friction.active:
                 normal = [

@@ -61,6 +61,7 @@ class Mechanism:
         return Model(self.bodies, self.joints, self.loads, self.sensors, self.branches)
 
     def __post_init__(self) -> None:
+        # Own copies of the parts, checked one by one.
         kinds = ("body", Body), ("joint", Joint), ("load", Load), ("sensor", Sensor)
         for name, (kind, base) in zip(("bodies", "joints", "loads", "sensors"), kinds, strict=True):
             object.__setattr__(self, name, owned_parts(name, kind, base, getattr(self, name)))
@@ -68,6 +69,7 @@ class Mechanism:
             raise InputError("a Mechanism needs at least one body; got none")
         for name, body in self.bodies.items():
             name_errors(f"body {name!r}", check_body, body)
+        # Bodies are divided where something acts on them.
         object.__setattr__(self, "bodies", Fixed(self._divided()))
         (first, dimension), *others = ((k, body.dimension) for k, body in self.bodies.items())
         for name, other in others:
@@ -81,6 +83,7 @@ class Mechanism:
         for name, angle in self.branches.items():
             within("body", name, self.bodies)
             check_finite(f"branches[{name!r}] [rad]", angle)
+        # Check what parts enter into the equations.
         for name, joint in self.joints.items():
             name_errors(f"joint {name!r}", self._check_joint, joint)
         model = self.model
@@ -108,8 +111,8 @@ class Mechanism:
         self._check_points(joint)
         kind = with_article(type(joint).__name__)
         for row in (*rows, *(spring.travel for spring in joint.compliances(self.model.frame))):
-            moved = any(j > 0 and np.any(c != 0) for (_, j, _), c in row.terms.items())
-            if not moved and not row.polar:
+            has_motion = any(j > 0 and np.any(c != 0) for (_, j, _), c in row.terms.items())
+            if not has_motion and not row.polar:
                 raise InputError(
                     f"{kind} must hold something that moves: only bodies that rotate have an "
                     "angle, and a point mass does not"
@@ -145,13 +148,13 @@ class Mechanism:
             If `parts` is not a whole number, 1 or more, or a member gets too many elements.
         """
         check_integer("parts", parts, 1)
-        finer = {
+        bodies = {
             name: name_errors(f"body {name!r}", body.refined, parts)
             for name, body in self.bodies.items()
         }
-        if all(finer[name] is body for name, body in self.bodies.items()):
+        if all(bodies[name] is body for name, body in self.bodies.items()):
             return self
-        return replace(self, bodies=finer)
+        return replace(self, bodies=bodies)
 
     @property
     def elements(self) -> dict[str, int]:

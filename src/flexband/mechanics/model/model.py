@@ -78,7 +78,7 @@ class Model(EquationForms):
 
     def over_steps(self, sensor: OverSteps) -> list[Form]:
         """Return what the engine makes of the outputs of a sensor over its steps."""
-        rows = [k for k, watched in enumerate(self.watched) if watched.sensor is sensor]
+        rows = [k for k, entry in enumerate(self.watched) if entry.sensor is sensor]
         return [Form.variable(self.state.extreme + k) for k in rows]
 
     def generalized_force(self, part: str) -> list[tuple[Form, Form]]:
@@ -91,27 +91,31 @@ class Model(EquationForms):
         frictions = enumerate(self.frictions)
         alone = [k for k, (owner, f) in frictions if owner == part and not f.sliding.action]
         travels = [self.travel_forms[k] for k in alone]
+        # A joint: its constraints, friction and springs.
         if part in self.joints and not self.joints[part].contacts(self.frame):
             rows = [self.constraint_forms[k] for k in self._rows_of(part)] + travels
             rows += [self._elongation_form(k) for k in self._springs_of(part)]
             force = constraint_force(rows, self.joint(part)[1])
             return [(form, Form.variable(j)) for j, form in force.items()]
+        # A load: forces on coordinates, and friction.
         multipliers = [Form.variable(self.state.friction + k) for k in alone]
         forces = self.forces(part), constraint_force(travels, multipliers)
         pairs = [(form, Form.variable(j)) for force in forces for j, form in force.items()]
+        # Its springs.
         for k, (owner, _) in enumerate(self.springs):
             if owner == part:
                 tension, elongation = self._spring_forms(k)
                 pairs.append((-tension, elongation))
+        # Its laws, on places and angles of points.
         first = sum(len(law.points) for law in self.laws[: self._before(part, "laws")])
         frames = [frame for law in self.entries[part].laws for frame in law.points]
         points = sum(len(law.points) for law in self.laws)
         angle = self.state.sensor_angle - len(self.moments) - points
         for p, frame in enumerate(frames, start=first):
-            moved = (*frame.position, Form.variable(angle + p))
+            displacement = (*frame.position, Form.variable(angle + p))
             row = self.state.law + AXES * p
-            pairs += [(Form.variable(row + axis), form) for axis, form in enumerate(moved)]
-        return [(force, moved) for force, moved in pairs if moved.terms]
+            pairs += [(Form.variable(row + axis), form) for axis, form in enumerate(displacement)]
+        return [(force, displacement) for force, displacement in pairs if displacement.terms]
 
     def switching_losses(self, joint: str) -> list[Form]:
         """Return the energies that the rows of a joint that switches have taken so far."""

@@ -104,17 +104,17 @@ class PartRows(Frames):
         ]
         for name, joint in self.joints.items():
             for row in joint.constraints(self.frame):
-                held = row - self.at_guess(row) if joint.holds_start else row
-                rows.append((f"joint {name!r}", held))
+                condition = row - self.at_guess(row) if joint.holds_start else row
+                rows.append((f"joint {name!r}", condition))
         return rows
 
     @cached_property
     def frictions(self) -> list[tuple[str, FrictionEntry]]:
         """What sticks and slides as the engine numbers it, each with the name of its part."""
         joints = self.joints.items()
-        entered = [(name, joint.frictions(self.frame)) for name, joint in joints]
-        entered += [(name, entries.frictions) for name, entries in self.entries.items()]
-        frictions = [(name, friction) for name, group in entered for friction in group]
+        groups = [(name, joint.frictions(self.frame)) for name, joint in joints]
+        groups += [(name, entries.frictions) for name, entries in self.entries.items()]
+        frictions = [(name, friction) for name, group in groups for friction in group]
         for name, friction in frictions:
             travel = friction.whole_travel
             if not (travel.terms or any(moves(polar.vector) for polar in travel.polar)):

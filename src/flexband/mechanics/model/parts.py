@@ -38,8 +38,8 @@ def owned_parts(kinds: str, kind: str, base: type, parts: Mapping[str, Part]) ->
     copies = {}
     for name, part in parts.items():
         if not isinstance(name, str) or not name or (kind == "body" and "." in name):
-            allowed = "non-empty text" + (" without a dot" if kind == "body" else "")
-            raise InputError(f"the name of a {kind} must be {allowed}; got {value_text(name)}")
+            requirement = "non-empty text" + (" without a dot" if kind == "body" else "")
+            raise InputError(f"the name of a {kind} must be {requirement}; got {value_text(name)}")
         check_implements(f"{kinds}[{name!r}]", part, base, f"a {kind}")
         copies[name] = _copy_data(part)
         if type(part).__module__.startswith("flexband."):  # checked as it is now
@@ -133,8 +133,8 @@ def check_entries(entries: Entries, state: State) -> None:
 def check_outputs(outputs: Mapping[str, Sequence[tuple[str, str]]]) -> None:
     """Raise `InputError` if two outputs of sensors have the same name."""
     owners: dict[str, str] = {}
-    for sensor, named in outputs.items():
-        for name, _ in named:
+    for sensor, sensor_outputs in outputs.items():
+        for name, _ in sensor_outputs:
             if name in owners:
                 raise InputError(
                     f"sensors {owners[name]!r} and {sensor!r} both have an output {name!r}; give "

@@ -17,9 +17,9 @@ def warn_of_windings(model: Model) -> None:
         if rest is None:
             continue
         first, second = (model.drawn(section_normal(model.frame(point))) for point in load.points)
-        apart = np.subtract(first, second)
+        difference = np.subtract(first, second)
         twist = np.subtract(first, second) - rest
-        if np.any((np.abs(apart) > np.pi) & (np.abs(twist) > np.pi)):
+        if np.any((np.abs(difference) > np.pi) & (np.abs(twist) > np.pi)):
             largest = np.ravel(twist)[np.argmax(np.abs(twist))]
             warn(
                 f"load {name!r} starts {largest:.3g} rad from its rest angle, since angles "

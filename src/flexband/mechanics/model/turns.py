@@ -38,7 +38,7 @@ def drawn_angle(
     return 0.0
 
 
-def nearest(angle: ArrayLike, near: ArrayLike) -> np.ndarray:
-    """Return an angle [rad] on the turn that is nearest to another angle."""
-    turns = np.round(np.subtract(near, angle) / (2 * np.pi))
+def nearest(angle: ArrayLike, reference: ArrayLike) -> np.ndarray:
+    """Return an angle [rad] on the turn that is nearest to a reference."""
+    turns = np.round(np.subtract(reference, angle) / (2 * np.pi))
     return np.add(angle, 2 * np.pi * turns)

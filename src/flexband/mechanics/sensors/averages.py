@@ -62,8 +62,8 @@ class Average(OfSensor):
         return [*super().rows(model), *self.sensor.rows(model), Form.function(np.positive)]
 
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
-        *both, time = rows
-        integrals, values = np.split(np.array(both), 2)
+        *signals, time = rows
+        integrals, values = np.split(np.array(signals), 2)
         averages = np.empty_like(integrals)
         for lane, t in enumerate(time.T):
             integral = integrals[..., lane]
@@ -73,6 +73,7 @@ class Average(OfSensor):
                 end = int(np.argmax(t))  # rows of a sample that failed are zero after it
                 averages[..., lane] = integral[:, end : end + 1] / (last - first)
                 continue
+            # A window that moves: the change of the integral over its length.
             begin = np.maximum(t - self.length, t[0])
             before = np.array([np.interp(begin, t, series) for series in integral])
             mean = (integral - before) / np.where(t > t[0], t - begin, 1.0)

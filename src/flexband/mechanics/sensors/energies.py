@@ -121,27 +121,27 @@ class Power(Sensor):
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
         rows = []
-        for force, moved in model.generalized_force(self.part):
+        for force, displacement in model.generalized_force(self.part):
             rows.append(force)
-            terms = _polars(moved, model)
+            terms = _polars(displacement, model)
             for polar in terms:
                 rows += polar.vector
-            vectors = [form for polar in terms for form in polar.vector] or [moved]
+            vectors = [form for polar in terms for form in polar.vector] or [displacement]
             rows += [form.shifted(model.state.velocity) for form in vectors]
         return rows
 
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
-        given = iter(rows)
+        row_iterator = iter(rows)
         power = np.zeros((1, *rows.shape[1:]))
-        for _, moved in model.generalized_force(self.part):
-            force = next(given)
-            terms = _polars(moved, model)
-            vectors = [(next(given), next(given)) for _ in terms]
+        for _, displacement in model.generalized_force(self.part):
+            force = next(row_iterator)
+            terms = _polars(displacement, model)
+            vectors = [(next(row_iterator), next(row_iterator)) for _ in terms]
             if not terms:
-                power += force * next(given)
+                power += force * next(row_iterator)
             for polar, (x, y) in zip(terms, vectors, strict=True):
-                u = next(given)
-                v = next(given)
+                u = next(row_iterator)
+                v = next(row_iterator)
                 size = np.hypot(x, y) + 1e-100
                 rate = (x * u + y * v) / size if polar.length else (x * v - y * u) / size**2
                 power += force * polar.c * rate
@@ -163,9 +163,9 @@ class SwitchingLoss(_Energy):
         return [sum(model.switching_losses(self.joint), Form({}))]
 
 
-def _polars(moved: Form, model: SensorModel) -> list[Polar]:
+def _polars(displacement: Form, model: SensorModel) -> list[Polar]:
     """Return the terms of a variable that is an angle or an elongation; none of a coordinate."""
-    row = max((j for _, j, _ in moved.terms), default=0)
+    row = max((j for _, j, _ in displacement.terms), default=0)
     return model.polars.get(row, [])
 
 

@@ -115,9 +115,10 @@ class ReactionMoment(Sensor):
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
         if len(rows) == 1:  # of rigid bodies
             return rows
-        given = iter(rows)
+        row_iterator = iter(rows)
         terms = [
-            next(given) * np.prod([np.hypot(next(given), next(given)) for _ in vectors], axis=0)
+            next(row_iterator)
+            * np.prod([np.hypot(next(row_iterator), next(row_iterator)) for _ in vectors], axis=0)
             for _, vectors in self._moments(model)
         ]
         return np.sum(terms, axis=0)[None]

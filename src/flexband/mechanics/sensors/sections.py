@@ -57,8 +57,10 @@ class LocalSensor(Sensor):
             Form.constant(strain[element])
             for strain in member.element_strains(member.at_start, member.element_lengths.T)
         ]
-        for free in (entry for entries in model.entries.values() for entry in entries.strains):
-            strains = free.strains[element] if free.member == self.body else []
+        for free_strain in (
+            entry for entries in model.entries.values() for entry in entries.strains
+        ):
+            strains = free_strain.strains[element] if free_strain.member == self.body else []
             for k, strain in enumerate(strains):
                 initial[k] = initial[k] + strain
         return [

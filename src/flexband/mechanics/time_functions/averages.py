@@ -43,6 +43,7 @@ class ChordMiss(NamedTuple):
         high = values.max(axis=0)
         chord, half_chord, beyond = np.zeros((3, steps, values.shape[1]))
         part = np.arange(per)[:, None] / per
+        # Look at blocks of steps, so that a call takes no more points than allowed.
         for first in range(0, steps, count):
             block = slice(first, min(first + count, steps))
             number = block.stop - block.start
@@ -56,6 +57,7 @@ class ChordMiss(NamedTuple):
                 f.max(axis=1) - np.maximum(starts, ends)[:, 0],
                 np.minimum(starts, ends)[:, 0] - f.min(axis=1),
             )
+            # Compare with the chords of the step and of its halves.
             middle = f[:, per // 2, None]
             half = 2 * part[: per // 2]
             chord[block] = np.abs(f - (starts + part * (ends - starts))).max(axis=1)
@@ -91,15 +93,15 @@ class Averaging:
     frequency_points: int = 64
     """Points per step from which a frequency is taken."""
 
-    def noticed(self, missed: ChordMiss) -> np.ndarray:
+    def noticed(self, chord_miss: ChordMiss) -> np.ndarray:
         """Return where something is missed that may be a kink or a jump."""
-        return missed.chord > self.noticed_miss * missed.spread
+        return chord_miss.chord > self.noticed_miss * chord_miss.spread
 
-    def unresolved(self, missed: ChordMiss) -> np.ndarray:
+    def unresolved(self, chord_miss: ChordMiss) -> np.ndarray:
         """Return where half the step would miss about as much."""
-        lasting = missed.half_chord > self.resolved_fall * missed.chord
-        return (lasting & (missed.chord > self.min_miss * missed.spread)) | (
-            missed.chord > self.max_miss * missed.spread
+        lasting = chord_miss.half_chord > self.resolved_fall * chord_miss.chord
+        return (lasting & (chord_miss.chord > self.min_miss * chord_miss.spread)) | (
+            chord_miss.chord > self.max_miss * chord_miss.spread
         )
 
     def averaged(
@@ -107,25 +109,27 @@ class Averaging:
         at: Evaluation,
         times: np.ndarray,
         values: np.ndarray,
-        missed: ChordMiss,
-        rough: np.ndarray,
+        chord_miss: ChordMiss,
+        average_mask: np.ndarray,
     ) -> np.ndarray:
-        """Return the values with averages at both ends of the steps that are `rough`, and warn."""
-        if not rough.any():
+        """Return the values with averages at both ends of the steps in `average_mask`, and warn."""
+        if not average_mask.any():
             return values
-        peaks = np.where(rough, missed.beyond / missed.spread, 0.0)
+        peaks = np.where(average_mask, chord_miss.beyond / chord_miss.spread, 0.0)
         if peaks.max() > self.min_miss:
             self._warn(at, times, peaks)
         steps = len(times) - 1
         h = times[1] - times[0]
+        # Mark the ends of these steps, and the steps under their hats.
         ends = np.zeros(values.shape, dtype=bool)
-        ends[:-1] |= rough
-        ends[1:] |= rough
-        needed = np.flatnonzero((ends[:-1] | ends[1:]).any(axis=1))
+        ends[:-1] |= average_mask
+        ends[1:] |= average_mask
+        hat_steps = np.flatnonzero((ends[:-1] | ends[1:]).any(axis=1))
+        # Integrate step by step, weighted with the hats of both ends.
         count = self.points if at.at_once else self.calls
         part = (np.arange(count) + 0.5) / count
         total = np.zeros(values.shape)
-        for k in needed:
+        for k in hat_steps:
             f = at(times[k] + h * part)
             for end, weight in ((k, 1 - part), (k + 1, part)):
                 total[end] += np.add.accumulate(weight[:, None] * f, axis=0)[-1] / count
@@ -133,13 +137,13 @@ class Averaging:
         return np.where(ends, total, values)
 
     def warn_of_vibrations(
-        self, at: Evaluation, times: np.ndarray, missed: ChordMiss, followed: np.ndarray
+        self, at: Evaluation, times: np.ndarray, chord_miss: ChordMiss, exempt_mask: np.ndarray
     ) -> None:
-        """Warn if the chords of many steps that are not `followed` are far from a function."""
-        coarse = np.where(followed, 0.0, missed.chord / missed.spread)
+        """Warn if the chords of many steps outside `exempt_mask` are far from a function."""
+        coarse = np.where(exempt_mask, 0.0, chord_miss.chord / chord_miss.spread)
         column = int((coarse > self.min_miss).sum(axis=0).argmax())
-        far = coarse[:, column] > self.min_miss
-        if far.mean() <= self.vibrating:
+        coarse_mask = coarse[:, column] > self.min_miss
+        if coarse_mask.mean() <= self.vibrating:
             return
         frequency = self._frequency(at, times, int(coarse[:, column].argmax()), column)
         h = times[1] - times[0]
@@ -178,8 +182,8 @@ class Averaging:
 def divisions(
     at: Evaluation,
     times: np.ndarray,
-    missed: ChordMiss,
-    located: Breakpoints,
+    chord_miss: ChordMiss,
+    breakpoints: Breakpoints,
     averaging: Averaging,
     *,
     points: int = 17,
@@ -194,29 +198,35 @@ def divisions(
     """
     h = times[1] - times[0]
     last = len(times) - 2
-    at_break = np.clip(((located.after - times[0]) / h).astype(int), 0, last)
-    looked_at = averaging.noticed(missed)
-    looked_at[at_break, located.column] = True
+    # Select steps with something between their values, and those with a breakpoint.
+    at_break = np.clip(((breakpoints.after - times[0]) / h).astype(int), 0, last)
+    looked_at = averaging.noticed(chord_miss)
+    looked_at[at_break, breakpoints.column] = True
     steps, columns = np.nonzero(looked_at)
     step = np.r_[steps, at_break]
-    column = np.r_[columns, located.column]
-    before = np.r_[times[steps], located.before]
-    low = np.r_[times[steps], located.after]
+    column = np.r_[columns, breakpoints.column]
+    before = np.r_[times[steps], breakpoints.before]
+    low = np.r_[times[steps], breakpoints.after]
+    # Split them at their breakpoints into smooth intervals.
     order = np.lexsort((low, step, column))
     step, column, before, low = (array[order] for array in (step, column, before, low))
     high = times[step + 1]
     same = (np.diff(column) == 0) & (np.diff(step) == 0)
     high[:-1] = np.where(same, before[1:], high[:-1])
+    # Measure how far the function is from the chord of each interval.
     grid = np.linspace(low, np.maximum(low, high), points, axis=1)
     f = at.points(grid.ravel(), np.repeat(column, points)).reshape(grid.shape)
     chords = np.linspace(f[:, 0], f[:, -1], points, axis=1)
-    miss = np.abs(f - chords).max(axis=1, initial=0.0) / missed.spread[column]
+    miss = np.abs(f - chords).max(axis=1, initial=0.0) / chord_miss.spread[column]
+    # Divide those that miss too much, the more the further.
     brief = few(column[miss > averaging.noticed_miss], at.columns, max_divided * (last + 1))
-    chosen = miss > np.where(brief, averaging.noticed_miss, averaging.min_miss)[column]
+    divide_mask = miss > np.where(brief, averaging.noticed_miss, averaging.min_miss)[column]
     parts = np.ceil(np.sqrt(miss / remaining_miss)).clip(1, max_parts)
-    parts = np.where(chosen, parts, 1).astype(int)
+    parts = np.where(divide_mask, parts, 1).astype(int)
     part = np.repeat(np.arange(len(parts)), parts - 1)
     place = np.arange(len(part)) - np.searchsorted(part, part) + 1
     moments = low[part] + (high - low)[part] * place / parts[part]
-    divided = Breakpoints(column[part], moments, moments, np.full(len(part), np.inf))
-    return divided.those(few(divided.column, at.columns, last + 1)[divided.column])
+    division_points = Breakpoints(column[part], moments, moments, np.full(len(part), np.inf))
+    return division_points.those(
+        few(division_points.column, at.columns, last + 1)[division_points.column]
+    )

@@ -37,27 +37,29 @@ class Breakpoints(NamedTuple):
         """Return no breakpoints."""
         return Breakpoints(np.zeros(0, dtype=int), *np.zeros((3, 0)))
 
-    def those(self, chosen: np.ndarray) -> Breakpoints:
+    def those(self, selection: np.ndarray) -> Breakpoints:
         """Return some of them."""
-        return Breakpoints(*(array[chosen] for array in self))
+        return Breakpoints(*(array[selection] for array in self))
 
     def joined(self, others: Breakpoints) -> Breakpoints:
         """Return these and others in order."""
-        both = Breakpoints(*map(np.concatenate, zip(self, others, strict=True)))
-        return both.those(np.lexsort((both.before, both.column)))
+        union = Breakpoints(*map(np.concatenate, zip(self, others, strict=True)))
+        return union.those(np.lexsort((union.before, union.column)))
 
 
-def few(column: np.ndarray, columns: int, most: float) -> np.ndarray:
+def few(column: np.ndarray, columns: int, max_count: float) -> np.ndarray:
     """Return which columns have no more breakpoints than that."""
-    return np.bincount(column, minlength=columns) <= most
+    return np.bincount(column, minlength=columns) <= max_count
 
 
-def _distinct(located: Breakpoints, apart: float) -> Breakpoints:
+def _distinct(breakpoints: Breakpoints, min_distance: float) -> Breakpoints:
     """Return the breakpoints in order, without those that were located twice."""
-    ordered = located.those(np.lexsort((located.before, located.column)))
-    new = np.ones(len(ordered.column), dtype=bool)
-    new[1:] = (np.diff(ordered.column) > 0) | (ordered.before[1:] - ordered.after[:-1] > apart)
-    return ordered.those(new)
+    sequence = breakpoints.those(np.lexsort((breakpoints.before, breakpoints.column)))
+    distinct_mask = np.ones(len(sequence.column), dtype=bool)
+    distinct_mask[1:] = (np.diff(sequence.column) > 0) | (
+        sequence.before[1:] - sequence.after[:-1] > min_distance
+    )
+    return sequence.those(distinct_mask)
 
 
 @dataclass(frozen=True)
@@ -96,20 +98,20 @@ class BreakpointSearch:
 
     def points_in_step(self, at: Evaluation, steps: int) -> int:
         """Return at how many points of each step a function is looked at, an even number."""
-        most = (self.max_points if at.at_once else self.max_calls) // steps
-        return max(2, min(self.points_per_step, most) // 2 * 2)
+        limit = (self.max_points if at.at_once else self.max_calls) // steps
+        return max(2, min(self.points_per_step, limit) // 2 * 2)
 
     def locate(
         self,
         at: Evaluation,
         times: np.ndarray,
-        noticed: np.ndarray,
+        step_mask: np.ndarray,
         scale: np.ndarray,
         largest: np.ndarray,
     ) -> Breakpoints:
         """Return the kinks and jumps of a function, or those it states, each column judged alone.
 
-        `noticed` masks the steps to look at, (steps, columns); changes below a part of a column's
+        `step_mask` has the steps to look at, (steps, columns); changes below a part of a column's
         `scale`, or of rounding of its `largest` value, do not count, nor more breakpoints than
         steps.
         """
@@ -117,10 +119,12 @@ class BreakpointSearch:
         per = self.points_in_step(at, len(times) - 1)
         spacing = h / per
         noise = ROUNDING * largest
-        if at.stated is not None:
-            return self._stated(at, times, scale, at.stated, spacing)
+        if at.breakpoint_times is not None:
+            return self._stated(at, times, scale, at.breakpoint_times, spacing)
+        # Look for differences that stand out on a coarse grid.
         smallest = np.maximum(self.min_change * scale, noise)
-        column, centre = self._suspected(at, times, noticed, smallest, per, order=2)
+        column, centre = self._suspected(at, times, step_mask, smallest, per, order=2)
+        # Look at them on a finer grid, and narrow each down.
         start = np.clip(centre - 2 * spacing, times[0], times[-1] - 4 * spacing)
         grid = np.linspace(start, start + 4 * spacing, self.finer_points, axis=1)
         f = at.points(grid.ravel(), np.repeat(column, self.finer_points)).reshape(grid.shape)
@@ -128,13 +132,13 @@ class BreakpointSearch:
         row, place = self._spikes(f, np.maximum(self.min_change * change, noise[column]), order=2)
         before = grid[row, np.maximum(place - 2, 0)]
         after = grid[row, np.minimum(place + 2, self.finer_points - 1)]
-        narrowed = self._narrowed(at, column[row], before, after, noise, order=2)
-        distinct = _distinct(narrowed, spacing / self.finer_points)
+        breakpoints = self._narrowed(at, column[row], before, after, noise, order=2)
+        distinct = _distinct(breakpoints, spacing / self.finer_points)
         return distinct.those(few(distinct.column, at.columns, len(times) - 1)[distinct.column])
 
     def with_curvature_jumps(
         self,
-        located: Breakpoints,
+        breakpoints: Breakpoints,
         at: Evaluation,
         times: np.ndarray,
         curvature: np.ndarray,
@@ -152,32 +156,39 @@ class BreakpointSearch:
         noise = rounding_of_sums * largest
         smallest = np.maximum(self.min_change * curvature * spacing**2, noise)
         everywhere = np.ones((steps, at.columns), dtype=bool)
+        # Look for third differences that stand out.
         column, centre = self._suspected(at, times, everywhere, smallest, per, order=3)
         before = np.clip(centre - 2 * spacing, times[0], times[-1] - 4 * spacing)
-        more = self._narrowed(at, column, before, before + 4 * spacing, noise, order=3)
-        more = _distinct(more, spacing)
-        more = more.those(few(more.column, at.columns, steps)[more.column])
+        curvature_jumps = self._narrowed(at, column, before, before + 4 * spacing, noise, order=3)
+        curvature_jumps = _distinct(curvature_jumps, spacing)
+        curvature_jumps = curvature_jumps.those(
+            few(curvature_jumps.column, at.columns, steps)[curvature_jumps.column]
+        )
+        # Leave out those that are at old breakpoints.
         line = 2 * (times[-1] - times[0])  # columns one after the other
-        known, place = (each.column * line + each.before for each in (located, more))
-        near = np.searchsorted(known, [place - spacing, place + spacing])
-        more = more.those(near[0] == near[1])
-        return located.joined(more)
+        old_places, new_places = (
+            points.column * line + points.before for points in (breakpoints, curvature_jumps)
+        )
+        bounds = np.searchsorted(old_places, [new_places - spacing, new_places + spacing])
+        curvature_jumps = curvature_jumps.those(bounds[0] == bounds[1])
+        return breakpoints.joined(curvature_jumps)
 
     def _suspected(
         self,
         at: Evaluation,
         times: np.ndarray,
-        noticed: np.ndarray,
+        step_mask: np.ndarray,
         smallest: np.ndarray,
         per: int,
         order: int,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return columns and times of differences that stand out on `per` intervals per step."""
         spacing = (times[1] - times[0]) / per
-        steps = np.flatnonzero(noticed.any(axis=1))
+        steps = np.flatnonzero(step_mask.any(axis=1))
         columns = [np.zeros(0, dtype=int)]
         centres = [np.zeros(0)]
         count = max(1, self.points_at_once // ((per + 4) * at.columns))
+        # Look at blocks of steps, with two intervals more on either side.
         for first in range(0, len(steps), count):
             block = steps[first : first + count]
             start = np.clip(times[block] - 2 * spacing, times[0], times[-1] - (per + 4) * spacing)
@@ -187,13 +198,14 @@ class BreakpointSearch:
             row, place = self._spikes(f, np.tile(smallest, len(block)), order)
             step = block[row // at.columns]
             column = row % at.columns
-            chosen = noticed[step, column]
-            columns.append(column[chosen])
-            centres.append(grid[row // at.columns, place][chosen])
+            mask = step_mask[step, column]
+            columns.append(column[mask])
+            centres.append(grid[row // at.columns, place][mask])
         column = np.concatenate(columns)
         centre = np.concatenate(centres)
-        chosen = few(column, at.columns, self.max_per_step * (len(times) - 1))[column]
-        return column[chosen], centre[chosen]
+        # Columns with too many of them are noise.
+        mask = few(column, at.columns, self.max_per_step * (len(times) - 1))[column]
+        return column[mask], centre[mask]
 
     def _spikes(
         self, f: np.ndarray, smallest: np.ndarray, order: int
@@ -223,6 +235,7 @@ class BreakpointSearch:
         before = before.copy()
         after = after.copy()
         going = np.ones(len(column), dtype=bool)
+        # Divide each interval, and go on in the parts of the largest difference.
         for level in range(self.levels):
             k = np.flatnonzero(going)
             if not len(k):
@@ -245,6 +258,7 @@ class BreakpointSearch:
                 np.abs(after[k]), after[k] - x[:, 0]
             )
             going[k] = mask & wide
+        # Read from the last levels by which power of the spacing the difference falls.
         levels = np.count_nonzero(sizes, axis=0)
         first = np.maximum(levels - self.latest_levels, 0)
         k = np.flatnonzero(levels > 1)
@@ -252,22 +266,22 @@ class BreakpointSearch:
         last = levels[k] - 1
         fall = np.log(sizes[first, k] / sizes[last, k])
         power = fall / (np.log(self.parts / order) * (last - first))
-        narrowed = Breakpoints(column[k], before[k], after[k], power)
-        return narrowed.those(power < order - self.below_order)
+        breakpoints = Breakpoints(column[k], before[k], after[k], power)
+        return breakpoints.those(power < order - self.below_order)
 
     def _stated(
         self,
         at: Evaluation,
         times: np.ndarray,
         scale: np.ndarray,
-        stated: np.ndarray,
+        breakpoint_times: np.ndarray,
         spacing: float,
     ) -> Breakpoints:
         """Return the breakpoints that a function states, where they are not too small to matter."""
-        inside = stated[(stated > times[0]) & (stated < times[-1])]
+        inside = breakpoint_times[(breakpoint_times > times[0]) & (breakpoint_times < times[-1])]
         before = np.nextafter(inside, -np.inf)
-        around = (before - spacing, before, inside, inside + spacing)
-        f = [at(np.clip(x, times[0], times[-1])) for x in around]
+        stencil = (before - spacing, before, inside, inside + spacing)
+        f = [at(np.clip(x, times[0], times[-1])) for x in stencil]
         change = np.maximum(np.abs(f[2] - f[1]), np.abs(f[3] - f[2] - f[1] + f[0]))
         k, column = np.nonzero(change > self.min_change * scale)
         kinks = Breakpoints(column, before[k], inside[k], np.ones(len(k)))

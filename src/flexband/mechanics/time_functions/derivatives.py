@@ -18,32 +18,33 @@ def derivatives(
     `noise` of the largest f″.
     """
     rounding = 6 * np.finfo(float).eps * np.abs(values).max(initial=0.0)
-    apart = 1
+    stride = 1
+    # Widen the stride until rounding is small beside f″.
     while True:
-        differences = _differences(values, apart)
-        curved = np.abs(differences[:, 1]).max(initial=0.0)
-        if rounding <= noise * curved or 2 * apart > max_reach * len(values):
+        differences = _differences(values, stride)
+        curvature = np.abs(differences[:, 1]).max(initial=0.0)
+        if rounding <= noise * curvature or 2 * stride > max_reach * len(values):
             break
-        apart *= 2
-    spacing = apart * half
+        stride *= 2
+    spacing = stride * half
     place = half * np.arange(0, len(values), 2)
     edge = np.minimum(place, half * (len(values) - 1) - place)
     reach = np.where(edge < 2 * spacing, 6 * spacing, 2 * spacing)
     return differences / spacing ** np.arange(1, 3)[:, None], reach, spacing
 
 
-def _differences(values: np.ndarray, apart: int) -> np.ndarray:
-    """Return f′ and f″ from values so far apart, in units of their distance."""
+def _differences(values: np.ndarray, stride: int) -> np.ndarray:
+    """Return f′ and f″ from every `stride`-th value, in units of their distance."""
     last = len(values) - 1
     count = (len(values) + 1) // 2
     differences = np.empty((count, 2, values.shape[1]))
     places = 2 * np.arange(count)
-    inner = (places >= 2 * apart) & (places <= last - 2 * apart)
-    centre = [np.roll(values, -k * apart, axis=0)[places[inner]] for k in range(-2, 3)]
+    inner = (places >= 2 * stride) & (places <= last - 2 * stride)
+    centre = [np.roll(values, -k * stride, axis=0)[places[inner]] for k in range(-2, 3)]
     differences[inner] = _weighted_sum(_weights(5, np.array([2.0])), centre)
-    first = np.clip(places[~inner] - 3 * apart, 0, last - 6 * apart)
-    around = [values[first + k * apart] for k in range(7)]
-    differences[~inner] = _weighted_sum(_weights(7, (places[~inner] - first) / apart), around)
+    first = np.clip(places[~inner] - 3 * stride, 0, last - 6 * stride)
+    stencil = [values[first + k * stride] for k in range(7)]
+    differences[~inner] = _weighted_sum(_weights(7, (places[~inner] - first) / stride), stencil)
     return differences
 
 
@@ -74,10 +75,10 @@ def derivatives_within(
 
     They are those of the polynomial through seven values, `spacing` apart or nearer.
     """
-    apart = np.minimum(spacing, (high - low) / 6)
-    first = np.clip(times - 3 * apart, low, np.maximum(low, high - 6 * apart))
-    values = points(first[:, None] + apart[:, None] * np.arange(7))
-    place = (times - first) / apart
+    distance = np.minimum(spacing, (high - low) / 6)
+    first = np.clip(times - 3 * distance, low, np.maximum(low, high - 6 * distance))
+    values = points(first[:, None] + distance[:, None] * np.arange(7))
+    place = (times - first) / distance
     powers = (np.arange(7.0) - place[:, None])[..., None] ** np.arange(7)
     weights = np.linalg.inv(powers)[:, 1:3] * [[1.0], [2.0]]
-    return np.einsum("tdk,tk->td", weights, values) / apart[:, None] ** np.arange(1, 3)
+    return np.einsum("tdk,tk->td", weights, values) / distance[:, None] ** np.arange(1, 3)

@@ -16,8 +16,8 @@ from flexband.mechanics.kernels.forms import TimeFunction
 class Evaluation:
     """A function of time with one column per sample, or one that all samples share.
 
-    `at_once` tells whether it takes many times, in rows, or in columns as fields do; `stated` are
-    times of kinks and jumps that it states itself [s], or None.
+    `at_once` tells whether it takes many times, in rows, or in columns as fields do;
+    `breakpoint_times` are those of kinks and jumps that it states itself [s], or None.
     """
 
     def __init__(
@@ -25,23 +25,26 @@ class Evaluation:
     ):
         self.function = function
         self.columns = columns
-        stated = getattr(function, "breakpoints", None)
-        self.stated = None if stated is None else np.asarray(stated, dtype=float)
+        breakpoint_times = getattr(function, "breakpoints", None)
+        self.breakpoint_times = (
+            None if breakpoint_times is None else np.asarray(breakpoint_times, dtype=float)
+        )
+        # Try which layout of many times gives the values of single ones.
         probes = times[0] + (times[-1] - times[0]) * np.array([0.0, 0.11, 0.37, 0.83, 1.0])
-        expected = self._one_by_one(probes)
-        same = rounding * np.abs(expected).max()
+        probe_values = self._one_by_one(probes)
+        tolerance = rounding * np.abs(probe_values).max()
         agreeing = [
             layout
             for layout in (self._in_rows, self._in_columns)
-            if self._agrees(partial(layout, probes), expected, same)
+            if self._agrees(partial(layout, probes), probe_values, tolerance)
         ]
         self._many = agreeing[0] if agreeing else None
         self.at_once = self._many is not None
         row = np.full(columns, probes[2])
         self._by_sample = self._many == self._in_rows and self._agrees(
             lambda: np.asarray(function(row)),  # pyright: ignore
-            expected[2],
-            same,
+            probe_values[2],
+            tolerance,
         )
 
     def __call__(self, times: np.ndarray) -> np.ndarray:
@@ -57,17 +60,18 @@ class Evaluation:
         if not self._by_sample:
             distinct, inverse = np.unique(times, return_inverse=True)
             return self._one_by_one(distinct)[inverse, columns]
+        # Call it with one time per column: first points of all columns, second ones, …
         values = np.empty(len(times))
         order = np.argsort(columns, kind="stable")
         rank = np.empty(len(times), dtype=int)  # of a point among those of its column
         _, first, counts = np.unique(columns[order], return_index=True, return_counts=True)
         rank[order] = np.arange(len(times)) - np.repeat(first, counts)
         by_rank = np.argsort(rank, kind="stable")
-        for chosen in np.split(by_rank, np.cumsum(np.bincount(rank))[:-1]):
-            row = np.full(self.columns, times[chosen][0])
-            row[columns[chosen]] = times[chosen]
+        for group in np.split(by_rank, np.cumsum(np.bincount(rank))[:-1]):
+            row = np.full(self.columns, times[group][0])
+            row[columns[group]] = times[group]
             result = np.asarray(self.function(row), dtype=float)  # pyright: ignore
-            values[chosen] = np.broadcast_to(result, self.columns)[columns[chosen]]
+            values[group] = np.broadcast_to(result, self.columns)[columns[group]]
         return values
 
     def _in_rows(self, times: np.ndarray) -> np.ndarray:
@@ -83,29 +87,37 @@ class Evaluation:
         return np.array([np.broadcast_to(row, self.columns) for row in rows])
 
     @staticmethod
-    def _agrees(evaluate, expected: np.ndarray, same: float) -> bool:
+    def _agrees(evaluate, expected: np.ndarray, tolerance: float) -> bool:
         try:
-            return bool(np.abs(evaluate() - expected).max() <= same)
+            return bool(np.abs(evaluate() - expected).max() <= tolerance)
         except Exception:  # whatever a function of one time raises when it is given many
             return False
 
 
 def table(
-    function: TimeFunction, samples: int, times: np.ndarray, name: str = "", *, compared: int = 8
+    function: TimeFunction,
+    samples: int,
+    times: np.ndarray,
+    name: str = "",
+    *,
+    check_interval: int = 8,
 ) -> tuple[np.ndarray, Evaluation]:
     """Return a function of time at the times, (times, n) or (times, 1), and how it is evaluated.
 
     It is called with all times at once if it takes arrays, and if these values are those of single
-    times at one of `compared` times, and at the last one.
+    times at every `check_interval`-th of them, and at the last one.
     """
-    some = np.unique([*range(0, len(times), compared), len(times) - 1])
+    check_rows = np.unique([*range(0, len(times), check_interval), len(times) - 1])
     with suppress(Exception):  # many times are not taken, or it is raised below, too
         at = Evaluation(function, at_each(function, samples, times[:1], name).shape[1], times)
         if at.at_once:
-            known = at_each(function, samples, times[some], name)
+            single_values = at_each(function, samples, times[check_rows], name)
             values = np.array(at(times))
-            same = np.abs(values[some] - known).max() <= 1e-12 * np.abs(known).max()
-            if same and np.isfinite(values).all():
+            agrees = (
+                np.abs(values[check_rows] - single_values).max()
+                <= 1e-12 * np.abs(single_values).max()
+            )
+            if agrees and np.isfinite(values).all():
                 return values, at
     values = at_each(function, samples, times, name)
     return values, Evaluation(function, values.shape[1], times)

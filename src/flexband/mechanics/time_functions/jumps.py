@@ -14,9 +14,9 @@ from flexband.mechanics.kernels.forms import TimeFunction
 class JumpSearch(NamedTuple):
     """How jumps of a prescribed motion are searched for."""
 
-    sharpest: int = 4
-    """Intervals between times that are looked into at least, the sharpest first."""
-    most: int = 100
+    min_intervals: int = 4
+    """Intervals between times that are looked into at least, those of sharpest changes first."""
+    max_intervals: int = 100
     """The same at most."""
     lasting: float = 0.5
     """Sharpness at half the distance of the times, relative to that at the whole distance: 1 at a
@@ -43,17 +43,19 @@ def refuse_jumps(name: str, function: TimeFunction, times: np.ndarray, values: n
     search = JumpSearch()
     spread = np.ptp(values, axis=0).max()
     largest = np.abs(values).max()
-    allowed = max(search.min_jump * spread, search.rounding * largest, search.floor)
+    threshold = max(search.min_jump * spread, search.rounding * largest, search.floor)
+    # Rank the intervals by how sharp changes are in them.
     sharp = _sharpness(values)
     coarse = np.repeat(_sharpness(values[::2]), 2)
-    lasting = sharp > np.maximum(search.lasting * coarse, allowed)
-    count = min(max(search.sharpest, np.count_nonzero(lasting)), search.most)
+    lasting = sharp > np.maximum(search.lasting * coarse, threshold)
+    count = min(max(search.min_intervals, np.count_nonzero(lasting)), search.max_intervals)
+    # Divide the sharpest ones until the change vanishes, or stays: a jump.
     for k in np.lexsort((sharp, lasting))[::-1][:count]:
-        if sharp[k] <= allowed:
+        if sharp[k] <= threshold:
             break
         (a, b), ends = times[k : k + 2], values[k : k + 2]
         for _ in range(search.divisions):
-            if np.abs(ends[1] - ends[0]).max() <= allowed:
+            if np.abs(ends[1] - ends[0]).max() <= threshold:
                 break
             inner = np.linspace(a, b, search.parts + 1)
             inner_values = np.array(

@@ -50,35 +50,38 @@ class PolynomialFit:
     ) -> tuple[Schedule, np.ndarray]:  # fmt: skip
         """Return the rounds and the coefficients in them, (rounds, 1 + functions, …, n or 1)."""
         fits: list[tuple[np.ndarray, np.ndarray]] = []
+        # Halve rounds until all polynomials fit.
         for halving in range(self.halvings + 1):
             fits = [self._fit(function, schedule, tolerance) for function in functions]
-            rough = [off for _, off in fits]
-            most = max([schedule.parts.shape[1], *(off.shape[1] for off in rough)])
-            halved = np.zeros((len(schedule.parts), most), dtype=bool)
-            for off in rough:
-                halved |= off
-            if not halved.any():
+            off_masks = [off for _, off in fits]
+            width = max([schedule.parts.shape[1], *(off.shape[1] for off in off_masks)])
+            step_mask = np.zeros((len(schedule.parts), width), dtype=bool)
+            for off in off_masks:
+                step_mask |= off
+            if not step_mask.any():
                 break
             if halving == self.halvings:
-                k = next(k for k, off in enumerate(rough) if off.any())
-                moment = schedule.times[np.argwhere(rough[k])[0, 0], 0]
+                k = next(k for k, off in enumerate(off_masks) if off.any())
+                moment = schedule.times[np.argwhere(off_masks[k])[0, 0], 0]
                 raise InputError(
                     f"{functions[k].name} is not smooth near t = {moment:.6g} s, even in "
                     f"2^{self.halvings} parts of a step; steps that are chosen freely need that"
                 )
-            schedule = schedule.halved(halved, times)
-        one = np.zeros((len(schedule.parts), COEFFICIENTS, 1))
-        one[:, 0] = 1.0
-        parts = [one, *(coefficients for coefficients, _ in fits)]
-        most = max(part.shape[2] for part in parts)
+            schedule = schedule.halved(step_mask, times)
+        # Put the function 1 in front, and give all the same number of columns.
+        constant = np.zeros((len(schedule.parts), COEFFICIENTS, 1))
+        constant[:, 0] = 1.0
+        parts = [constant, *(coefficients for coefficients, _ in fits)]
+        width = max(part.shape[2] for part in parts)
         return schedule, np.stack(
-            [np.broadcast_to(part, (*part.shape[:2], most)) for part in parts], axis=1
+            [np.broadcast_to(part, (*part.shape[:2], width)) for part in parts], axis=1
         )
 
     def _fit(
         self, function: SmoothFunction, schedule: Schedule, tolerance: float
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return coefficients, shape (rounds, `COEFFICIENTS`, n or 1), and where they are off."""
+        # Points of Chebyshev to interpolate at, and points between them to check at.
         degree = COEFFICIENTS - 1
         width = max(function.columns, schedule.parts.shape[1])
         nodes = -np.cos(np.pi * np.arange(degree + 1) / degree)
@@ -88,29 +91,32 @@ class PolynomialFit:
         stepping = np.broadcast_to(schedule.parts > 0, shape)
         end = np.broadcast_to(schedule.limits, shape)
         start = np.concatenate([end[:1], end[:-1]])
+        # Evaluate the function at both in each step.
         row, column = np.nonzero(stepping[1:])
         low = start[row + 1, column]
         high = end[row + 1, column]
         moments = low[:, None] + 0.5 * (1 + places) * (high - low)[:, None]
         columns = np.repeat(column % function.columns, len(places))
         f = function.points(moments.ravel(), columns).reshape(moments.shape)
+        # Interpolate, and measure the error between the points.
         inverse = np.linalg.inv(np.vander(nodes, increasing=True))
         c = np.stack([_weighted_sum(weights, f.T[: degree + 1]) for weights in inverse])
         powers = np.vander(checks, COEFFICIENTS, increasing=True)
-        fitted = np.stack([_weighted_sum(weights, c) for weights in powers])
-        error = np.abs(fitted - f[:, degree + 1 :].T).max(axis=0)
+        polynomial_values = np.stack([_weighted_sum(weights, c) for weights in powers])
+        error = np.abs(polynomial_values - f[:, degree + 1 :].T).max(axis=0)
+        # Compare it with the range of the function in the run.
         lowest, highest = np.full((2, width), [[np.inf], [-np.inf]])
         np.minimum.at(lowest, column, f.min(axis=1))
         np.maximum.at(highest, column, f.max(axis=1))
         part = self.motion_part if function.prescribes else self.error_part
-        allowed = np.maximum(
+        max_error = np.maximum(
             part * tolerance * (highest - lowest),
             self.rounding * np.maximum(np.abs(lowest), np.abs(highest)),
         )
         coefficients = np.zeros((shape[0], COEFFICIENTS, width))
         off = np.zeros(shape, dtype=bool)
         coefficients[row + 1, :, column] = c.T
-        off[row + 1, column] = error > allowed[column]
+        off[row + 1, column] = error > max_error[column]
         return coefficients, off
 
 
@@ -118,6 +124,7 @@ def rates(polynomials: np.ndarray, schedule: Schedule, step: float) -> np.ndarra
     """Return f′ and f″ at ends of steps, or after them, (rounds, 2, functions, n or 1)."""
     count = len(polynomials)
     width = polynomials.shape[-1]
+    # Of each round, select its own step, or else the next one.
     stepping = np.broadcast_to(schedule.parts > 0, (count, schedule.parts.shape[1])).copy()
     stepping[0] = False
     place = np.arange(count)[:, None]
@@ -126,6 +133,7 @@ def rates(polynomials: np.ndarray, schedule: Schedule, step: float) -> np.ndarra
     before = np.maximum.accumulate(np.where(stepping, place, 0), axis=0)
     number = np.where(stepping | (after == count), before, np.minimum(after, count - 1))
     u = np.where(stepping | (after == count), 1.0, -1.0)
+    # Differentiate its polynomial there.
     columns = np.arange(max(width, number.shape[1]))
     number = number[:, columns % number.shape[1]]
     u = u[:, columns % u.shape[1]]

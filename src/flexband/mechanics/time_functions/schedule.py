@@ -66,14 +66,14 @@ class Schedule:
         """Return some of these arrays' columns, one for each of these samples."""
         return rows[:, samples if rows.shape[1] > 1 else np.zeros(len(samples), dtype=int)]
 
-    def halved(self, chosen: np.ndarray, times: np.ndarray) -> Schedule:
-        """Return the rounds with the chosen steps, (rounds, n or 1), in two halves; times [s]."""
+    def halved(self, step_mask: np.ndarray, times: np.ndarray) -> Schedule:
+        """Return the rounds with these steps, a mask (rounds, n or 1), in two halves; times [s]."""
         runs = []
-        columns = np.arange(chosen.shape[1])
+        columns = np.arange(step_mask.shape[1])
         arrays = [self.lanes(array, columns) for array in self._rows]
         for column in columns:
             rows = np.stack([array[:, column] for array in arrays], axis=1)
-            places = np.flatnonzero(chosen[:, column])
+            places = np.flatnonzero(step_mask[:, column])
             rows[places, 0] *= 0.5
             first = rows[places].copy()
             first[:, 2] = 0.5 * (rows[places - 1, 2] + rows[places, 2])
@@ -106,20 +106,20 @@ def schedule_rounds(times: np.ndarray, samples: int, breaks: Sequence[Breaks]) -
     common = np.repeat([function_breaks.columns == 1 for function_breaks in breaks], counts)
     runs = []
     for sample in range(1 if common.all() else samples):
-        chosen = common | (column == sample)
-        runs.append(_rounds(times, before[chosen], after[chosen], impulsive[chosen]))
+        mask = common | (column == sample)
+        runs.append(_rounds(times, before[mask], after[mask], impulsive[mask]))
     return _pad_rounds(runs, times)
 
 
 def _pad_rounds(runs: Sequence[np.ndarray], times: np.ndarray) -> Schedule:
     """Return the rounds of samples with different numbers of rounds, from those of each."""
-    most = max(len(rows) for rows in runs)
+    max_rounds = max(len(rows) for rows in runs)
     count = len(times) - 1
     end = (RESTART, len(times) - 1, times[-1], times[-1], 0.0)
-    padded = np.array(
-        [np.concatenate([rows, np.tile(end, (most - len(rows), 1))]) for rows in runs]
+    table = np.array(
+        [np.concatenate([rows, np.tile(end, (max_rounds - len(rows), 1))]) for rows in runs]
     )
-    part, number, at, limit, side = padded.transpose(2, 1, 0)
+    part, number, at, limit, side = table.transpose(2, 1, 0)
     number = number.astype(int)
     ends = [np.searchsorted(rows[:, 1], np.arange(count + 1), side="right") - 1 for rows in runs]
     return Schedule(part, number, at, limit, side, np.array(ends).T)
@@ -131,6 +131,7 @@ def _rounds(
     """Return the rounds of one sample: part, number, time, limit and side, shape (rounds, 5)."""
     h = times[1] - times[0]
     last = len(times) - 1
+    # Without breakpoints the rounds are the times.
     number = np.arange(last + 1.0)
     rows = np.stack([np.ones(last + 1), number, times, times, np.zeros(last + 1)], axis=1)
     order = np.argsort(before)
@@ -139,10 +140,11 @@ def _rounds(
     impulsive = impulsive[order]
     if not len(before):
         return rows
+    # Breakpoints that are close together are one.
     group = np.cumsum(np.r_[0, np.diff(before) > SHORTEST_PART * h])
     places = []
     extra = []
-    reached = times[0]
+    previous_end = times[0]
     for k in range(group[-1] + 1):
         low = before[group == k].min()
         high = after[group == k].max()
@@ -150,15 +152,17 @@ def _rounds(
         on_time = abs(low - times[number]) < SHORTEST_PART * h
         if on_time and number == last:
             break
+        # Within a step: a part up to it, and the remaining part after it.
         if not on_time:
             number = min(int(np.ceil((low - times[0]) / h)), last)
-            reached = max(reached, times[number - 1])
+            previous_end = max(previous_end, times[number - 1])
             places.append(number)
-            extra.append(((low - reached) / h, number, low, low, -1.0))
+            extra.append(((low - previous_end) / h, number, low, low, -1.0))
             rows[number, 0] = (times[number] - high) / h
-            reached = high
+            previous_end = high
         elif number:
             rows[number, 3:] = low, -1.0
+        # At it: an impulse if need be, and new accelerations.
         moment = times[number] if on_time else low
         jump = [(RESTART, number, moment, high, 1.0)]
         if impulsive[group == k].any():

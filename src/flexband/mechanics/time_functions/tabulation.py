@@ -53,6 +53,7 @@ def tabulate(
     a run that only starts. With the `tolerance` of steps that are chosen freely they are
     polynomials, and loads are neither averaged nor divided.
     """
+    # Look at each function on its own; drives of the same function share its table.
     series: list[_TabulatedFunction] = []
     motions: dict[TimeFunction, _Motion] = {}
     names: list[str] = []
@@ -75,6 +76,7 @@ def tabulate(
                 drive = _Drive.from_motion(motions[user], outer, times)
                 refuse_jumps(driven[f], function, _fine(times), drive.fine)
                 series.append(drive)
+    # Warn of impulses.
     for name, motion in zip(names, motions.values(), strict=True):
         if motion.breaks and motion.breaks.impulsive.any():
             first = motion.breaks.points.before[motion.breaks.impulsive].min()
@@ -84,11 +86,13 @@ def tabulate(
                 "which reactions leave out",
                 ResolutionWarning,
             )
+    # Divide the run at all breakpoints.
     breaks = [function.breaks for function in series if function.breaks]
     schedule = schedule_rounds(times, samples, breaks)
     polynomials = None
     if tolerance is not None:
         schedule, polynomials = PolynomialFit().fitted(series, schedule, times, tolerance)
+    # Evaluate the functions in the rounds.
     rounds, _ = schedule.parts.shape
     values = [np.ones((rounds, 1))]
     rates = [np.zeros((rounds, 2, 1))]
@@ -96,14 +100,14 @@ def tabulate(
         value, rate = function.in_rounds(schedule, times)
         values.append(value)
         rates.append(rate)
-    most = max(column.shape[-1] for column in values)
-    rows = np.stack([np.broadcast_to(v, (rounds, most)) for v in values], axis=1)
-    tabulated = np.stack([np.broadcast_to(r, (rounds, 2, most)) for r in rates], axis=2)
+    width = max(column.shape[-1] for column in values)
+    rows = np.stack([np.broadcast_to(v, (rounds, width)) for v in values], axis=1)
+    rate_rows = np.stack([np.broadcast_to(r, (rounds, 2, width)) for r in rates], axis=2)
     if polynomials is not None:
         step = times[1] - times[0]
-        tabulated = rates_of(polynomials, schedule, step)
-        polynomials = held(polynomials, rows, tabulated, schedule, step)
-    return FunctionTables(schedule, rows, tabulated, polynomials)
+        rate_rows = rates_of(polynomials, schedule, step)
+        polynomials = held(polynomials, rows, rate_rows, schedule, step)
+    return FunctionTables(schedule, rows, rate_rows, polynomials)
 
 
 class _TabulatedFunction:
@@ -164,25 +168,29 @@ class _Load(_TabulatedFunction):
         if len(times) == 2 and averaging:
             return _Load(None, at_each(function, samples, times))
         (values, at), search = table(function, samples, times), BreakpointSearch()
-        missed = ChordMiss.from_values(at, times, values, search)
-        noticed = (averaging or Averaging()).noticed(missed)
+        # Locate kinks and jumps.
+        chord_miss = ChordMiss.from_values(at, times, values, search)
+        step_mask = (averaging or Averaging()).noticed(chord_miss)
         points = Breakpoints.none()
-        if noticed.any() or at.stated is not None:
-            points = search.locate(at, times, noticed, missed.spread, missed.largest)
-        if averaging and (noticed.any() or at.stated is not None):
-            rough = averaging.unresolved(missed)
+        if step_mask.any() or at.breakpoint_times is not None:
+            points = search.locate(at, times, step_mask, chord_miss.spread, chord_miss.largest)
+        if averaging and (step_mask.any() or at.breakpoint_times is not None):
+            # Average over steps that half the step would not resolve; breakpoints divide theirs.
+            average_mask = averaging.unresolved(chord_miss)
             step = (points.before - times[0]) / (times[1] - times[0])
-            for near in (step - SHORTEST_PART, step + SHORTEST_PART):
-                rough[np.clip(near.astype(int), 0, len(rough) - 1), points.column] = False
-            divided = divisions(at, times, missed, points, averaging)
-            step = ((divided.before - times[0]) / (times[1] - times[0])).astype(int)
-            step = np.minimum(step, len(rough) - 1)
-            rough[step, divided.column] = False
-            followed = rough.copy()
-            followed[step, divided.column] = True
-            averaging.warn_of_vibrations(at, times, missed, followed)
-            points = points.joined(divided)
-            values = averaging.averaged(at, times, values, missed, rough)
+            for neighbour in (step - SHORTEST_PART, step + SHORTEST_PART):
+                average_mask[
+                    np.clip(neighbour.astype(int), 0, len(average_mask) - 1), points.column
+                ] = False
+            division_points = divisions(at, times, chord_miss, points, averaging)
+            step = ((division_points.before - times[0]) / (times[1] - times[0])).astype(int)
+            step = np.minimum(step, len(average_mask) - 1)
+            average_mask[step, division_points.column] = False
+            exempt_mask = average_mask.copy()
+            exempt_mask[step, division_points.column] = True
+            averaging.warn_of_vibrations(at, times, chord_miss, exempt_mask)
+            points = points.joined(division_points)
+            values = averaging.averaged(at, times, values, chord_miss, average_mask)
         return _Load(at, values, Breaks(points, at.columns, prescribes=False))
 
     def in_rounds(self, schedule: Schedule, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -209,12 +217,14 @@ class _Motion:
         search = BreakpointSearch()
         user = function
         text = ""
+        # A motion is that of the user's function, before a sine or cosine is taken.
         if isinstance(function, Composed):
             user = function.inner
             text = function.name
         values, at = table(user, samples, fine, text)
         if len(times) == 2:
             return _Motion(at, values, None)
+        # Locate kinks and jumps by their size relative to the motion's curvature.
         spacing = (times[1] - times[0]) / search.points_in_step(at, len(times) - 1)
         rate = np.abs(np.diff(values, axis=0)).max(axis=0) / (fine[1] - fine[0])
         everywhere = np.ones((len(times) - 1, at.columns), dtype=bool)
@@ -223,7 +233,7 @@ class _Motion:
         scale = np.maximum(change * spacing, 1e-300)
         largest = np.abs(values).max(axis=0)
         points = search.locate(at, times, everywhere, scale, largest)
-        if at.stated is None:
+        if at.breakpoint_times is None:
             points = search.with_curvature_jumps(points, at, times, curvature, largest)
         return _Motion(at, values, Breaks(points, at.columns, prescribes=True))
 
@@ -281,24 +291,28 @@ class _Drive(_TabulatedFunction):
 
         values[row, column] = points(schedule.times[row, column % width][:, None], column)[:, 0]
         breaks = self.breaks.points if self.breaks else Breakpoints.none()
-        near = np.zeros((len(values), values.shape[1]), dtype=bool)
-        near[row, column] = True
+        # Select the rounds whose derivatives would be taken across a breakpoint.
+        break_mask = np.zeros((len(values), values.shape[1]), dtype=bool)
+        break_mask[row, column] = True
         for c in range(values.shape[1]):
             moment = schedule.times[:, c % width]
             reach = 1.001 * self.reach[schedule.numbers[:, c % width]]
             for time in breaks.before[breaks.column == c % at.columns]:
-                near[:, c] |= np.abs(moment - time) <= reach
-        row, column = np.nonzero(near)
+                break_mask[:, c] |= np.abs(moment - time) <= reach
+        row, column = np.nonzero(break_mask)
+        # Take theirs from values on their own side of it.
         moment, side = (rows[row, column % width] for rows in (schedule.times, schedule.sides))
         low, high = np.full((2, len(row)), times[[0, -1]][:, None])
         for c in np.unique(breaks.column):
-            chosen = column % at.columns == c
+            column_mask = column % at.columns == c
             ends = breaks.before[breaks.column == c]
-            moved = moment[chosen] + np.where(side[chosen] > 0, 1, -1) * SHORTEST_PART * h
-            k = np.searchsorted(ends, moved)
+            moments_inside = (
+                moment[column_mask] + np.where(side[column_mask] > 0, 1, -1) * SHORTEST_PART * h
+            )
+            k = np.searchsorted(ends, moments_inside)
             bounds = np.r_[times[0], ends, times[-1]]
-            low[chosen] = bounds[k]
-            high[chosen] = bounds[k + 1]
+            low[column_mask] = bounds[k]
+            high[column_mask] = bounds[k + 1]
         rates[row, :, column] = derivatives_within(
             lambda moments: points(moments, column), moment, low, high, self.spacing
         )
@@ -314,11 +328,11 @@ def _spread(
     rows: np.ndarray, schedule: Schedule
 ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
     """Return rows of times as rows of rounds, and where functions are evaluated apart."""
-    most = max(rows.shape[-1], schedule.parts.shape[1])
-    number = np.broadcast_to(schedule.numbers, (len(schedule.numbers), most))
-    full = np.broadcast_to(rows, (*rows.shape[:-1], most))
-    columns = np.arange(most)
-    spread = full[number, ..., columns]  # (rounds, most, …)
+    width = max(rows.shape[-1], schedule.parts.shape[1])
+    number = np.broadcast_to(schedule.numbers, (len(schedule.numbers), width))
+    full = np.broadcast_to(rows, (*rows.shape[:-1], width))
+    columns = np.arange(width)
+    spread = full[number, ..., columns]  # (rounds, width, …)
     spread = np.moveaxis(spread, 1, -1).copy() if rows.ndim > 2 else spread
     row, column = np.nonzero(np.broadcast_to(schedule.sides != 0, number.shape))
     return spread, (row, column)

@@ -43,12 +43,14 @@ def gap_above_line(x, p):
     axes of the second body the angle of the normal [rad], the height of the line along it, and its
     two ends along the line, from the second point [m].
     """
+    # The centre of the circle.
     c = cosine(x[0][2])
     s = sine(x[0][2])
     px = x[0][0] + c * p[0] - s * p[1]
     py = x[0][1] + s * p[0] + c * p[1]
     nx = cosine(x[1][2] + p[3])
     ny = sine(x[1][2] + p[3])
+    # Its place across and along the line, and how far it is beyond an end.
     dx = px - x[1][0]
     dy = py - x[1][1]
     across = nx * dx + ny * dy - p[4]
@@ -56,6 +58,7 @@ def gap_above_line(x, p):
     past = along - where(less(along, p[5]), p[5], where(less(p[6], along), p[6], along))
     beyond = less(filled(0.0), magnitude(past))  # nearest to an end of the line
     distance = where(beyond, sqrt(across * across + past * past), across)
+    # Beyond an end the normal leads to that end.
     ex = (across * nx + past * ny) / distance
     ey = (across * ny - past * nx) / distance
     nx = where(beyond, ex, nx)
@@ -127,11 +130,11 @@ def travel_on_line(
     The line is at a `height` above the second point, along its normal.
     """
     x, y = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
-    apart = subtract(first.position, second.position)
+    separation = subtract(first.position, second.position)
     line = second.direction(y, -x)
     radius = np.asarray(radius, dtype=float)
-    travel = dot(line, apart)
-    action = Action(line, lever, apart, radius)
+    travel = dot(line, separation)
+    action = Action(line, lever, separation, radius)
     if np.any(radius):
         travel = travel + turn(first, second) * radius
     return Travel(travel, action, line=ContactLine(first, second, second.direction(x, y), height))

@@ -65,8 +65,8 @@ class CircleOnCircle(Geometry):
     second_must_be_rigid = False
 
     def __post_init__(self) -> None:
-        both = check_radii("CircleOnCircle", self.radii, check_non_negative)
-        if np.any(np.add(*both) == 0):
+        radii = check_radii("CircleOnCircle", self.radii, check_non_negative)
+        if np.any(np.add(*radii) == 0):
             raise InputError(f"CircleOnCircle radii [m] must not both be 0; got {self.radii}")
 
     def travel(self, first: Frame, second: Frame) -> Travel:

@@ -44,7 +44,7 @@ class ContactLine(NamedTuple):
         """Return whether a rigid body slides along both where all is in the state z."""
         if not (self.first.is_on_body_of(other.first) and self.second.is_on_body_of(other.second)):
             return False
-        turn, apart = (
+        turn, distance = (
             np.asarray(form.at(z))
             for form in (
                 cross(self.normal, other.normal),
@@ -54,8 +54,8 @@ class ContactLine(NamedTuple):
         same_side = dot(self.normal, other.normal).at(z) > 0.0
         height = np.asarray(self.height)
         others = np.asarray(other.height)
-        rounding = 1e-12 * (np.abs(height) + np.abs(others) + np.abs(apart))
-        off = np.abs(apart + height - others)
+        rounding = 1e-12 * (np.abs(height) + np.abs(others) + np.abs(distance))
+        off = np.abs(distance + height - others)
         return bool(np.all(same_side & (np.abs(turn) < 1e-12) & (off <= rounding)))
 
 

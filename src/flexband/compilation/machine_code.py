@@ -144,12 +144,14 @@ def object_code(dispatcher: Any, arguments: tuple) -> bytes:
     passes = builder.getModulePassManager()
     passes.add_refprune_pass()
     passes.run(module, builder)
-    needed = {
+    external_symbols = {
         symbol.name
         for symbol in (*module.functions, *module.global_variables)
         if symbol.is_declaration or symbol.name.startswith("numba.dynamic.globals")
     }
-    if missing := sorted(s for s in needed - SYMBOLS if not s.startswith(("llvm.", "__svml_"))):
+    if missing := sorted(
+        s for s in external_symbols - SYMBOLS if not s.startswith(("llvm.", "__svml_"))
+    ):
         raise TypeError(f"{name} needs {', '.join(missing)}, which are not of the C library")
     return machine.emit_object(module)
 

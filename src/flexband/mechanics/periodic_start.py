@@ -72,7 +72,7 @@ class PeriodicStart(Start):
                 over_period.springs.rest[:] = values.springs.rest
                 begun = self._held(system, over_period, work, x * size)
                 _, failure, _, end = march_block(
-                    system, method, newton, over_period, rounds, limits=limits, begun=begun
+                    system, method, newton, over_period, rounds, limits=limits, block_start=begun
                 )
                 failure[1] = 0.0
                 return end.z[rows] / size, failure

@@ -215,14 +215,14 @@ def simulate_system(
     run = partial(
         run_samples, system, integrator=integrator, start=begins, keep=keep_state, threads=threads
     )
-    batch = run(times=times, every=substeps, progress=progress)
+    batch = run(times=times, stride=substeps, progress=progress)
     again = np.flatnonzero(
         np.isin(batch.failures[:, 0], (FAILURE.diverged, FAILURE.contradicted, FAILURE.law_failed))
     )
     complete = complete and not free
     if len(again) and complete:
         halves = grid._replace(substeps=2 * substeps)
-        finer = run(times=halves.times(), samples=again, every=halves.substeps, attempts=2)
+        finer = run(times=halves.times(), samples=again, stride=halves.substeps, attempts=2)
         _replace_samples(batch, finer, again, system, halves, integrator)
     result = xr.DataArray(
         batch.outputs,
@@ -240,9 +240,9 @@ def simulate_system(
         error.results = result
         raise
     if not free:
-        warn_of_large_steps(batch.turned, system, times, integrator)
+        warn_of_large_steps(batch.turn_statistics, system, times, integrator)
     warn_of_unresolved(system, batch.unresolved, times)
-    warn_of_large_strains(system, batch.strains, batch.failures[:, 0] > 0, batch.kept)
+    warn_of_large_strains(system, batch.strains, batch.failures[:, 0] > 0, batch.snapshot_times)
     if batch.impulses:
         result.attrs["impulses"] = impulses_text(system, batch.impulses)
         keep_impulses(system, batch.impulses)
@@ -276,7 +276,7 @@ def _replace_samples(
     batch.impulses[:] = kept_impulses + finer.impulses
     batch.outputs[again] = finer.outputs
     batch.failures[again] = finer.failures
-    batch.turned[again] = finer.turned
+    batch.turn_statistics[again] = finer.turn_statistics
     batch.unresolved[again] = np.ceil(finer.unresolved / 2)
     batch.strains.place(again, finer.strains)
     if finer.ends.size:

@@ -64,7 +64,7 @@ class System:
     # of its load
     laws: Sequence[tuple[str, CompiledLaw]]
     mechanism: Mechanism  # what the arrays are of
-    given: np.ndarray  # the start [1, q] that the bodies state, shape (rows, samples or 1)
+    nominal_start: np.ndarray  # the start [1, q] that the bodies state, shape (rows, samples or 1)
     first_time: float = 0.0
     """Of a motion [s]."""
     # number -> load and reason, as the engine finds them, and new numbers
@@ -101,9 +101,13 @@ def assemble(mechanism: Mechanism) -> System:
     state = model.state.with_extremes(len(model.watched))
     mass = model.mass
     velocity: list[ArrayLike] = [0.0]
-    free = [strain for entries in model.entries.values() for strain in entries.strains]
+    free_strains = [strain for entries in model.entries.values() for strain in entries.strains]
     continua = ContinuumTable()
-    elements = {"beams": ElementTable(free), "continua": continua, "cables": ElementTable(free)}
+    elements = {
+        "beams": ElementTable(free_strains),
+        "continua": continua,
+        "cables": ElementTable(free_strains),
+    }
     for name, body in model.bodies.items():
         velocity += name_errors(f"body {name!r}", body.velocities)
         if name in model.members:
@@ -129,16 +133,16 @@ def assemble(mechanism: Mechanism) -> System:
         "sensors": ProductTable(sensor_rows),
         "extremes": ExtremeTable([w.form for w in watched], [w.kind for w in watched]),
     }
-    used = chain.from_iterable(table.functions for table in tables.values())
-    functions = [f for f in dict.fromkeys(used) if f is not None]
+    all_functions = chain.from_iterable(table.functions for table in tables.values())
+    functions = [f for f in dict.fromkeys(all_functions) if f is not None]
     owners = [owner for owner, _ in model.constraints]
     couples = set(chain.from_iterable(table.couples() for table in tables.values()))
     angle = state.angle
-    among = [(i, j) for i, j in couples if 0 < i < angle and 0 < j < angle]
+    matrix_entries = [(i, j) for i, j in couples if 0 < i < angle and 0 < j < angle]
     frictions = [f"friction {k}" for k in range(len(model.frictions))]
     bodies = [name for name, body in model.bodies.items() for _ in range(body.size)]
     pairs = [*_pairs(bodies, 1), *_pairs([*owners, *frictions], state.multiplier)]
-    pattern, slots = analyse(pairs, state.coordinates, among)
+    pattern, slots = analyse(pairs, state.coordinates, matrix_entries)
     numbers = {None: 0} | {f: k + 1 for k, f in enumerate(functions)}
     places = Places(state, numbers, slots, nowhere=pattern.rows - 1)
     pivots = [places.slot(k, k) for k in range(state.friction, state.angle)]  # of what slides

@@ -63,12 +63,12 @@ def settle(structure, values, work, outputs, failure, stop):
         store(z, state.velocity + i, filled(0.0))
         store(z, state.acceleration + i, filled(0.0))
     moving = where(load(failure, 0), filled(0.0), filled(1.0))
-    least = load(values.rigidity, 0)
+    first_weight = load(values.rigidity, 0)
     w = load(values.rigidity, 0)
     begin_extremes(structure.extremes, state, z)
-    every = filled(1.0)
+    all_lanes = filled(1.0)
     for n in range(STATIC.iterations + 1):
-        watch(structure, values, now, work, filled(max(n - 1.0, 0.0)), filled(1.0 * n), every)
+        watch(structure, values, now, work, filled(max(n - 1.0, 0.0)), filled(1.0 * n), all_lanes)
         sense(structure, values, now, z, outputs[n], work.blocks)
         if n == STATIC.iterations or any_true(load(stop, 0)) or not any_true(moving):
             break
@@ -86,7 +86,7 @@ def settle(structure, values, work, outputs, failure, stop):
             if i <= state.coordinates:
                 step = w * step
             store(z, i, where(moving, load(z, i) + step, load(z, i)))
-        grown = less(w, 0.99 * STATIC.total_growth * least)
+        grown = less(w, 0.99 * STATIC.total_growth * first_weight)
         short = less(largest, filled(STATIC.max_step))
         done = where(grown, filled(0.0), less(largest, filled(STATIC.tolerance)))
         moving = where(done, filled(0.0), moving)

@@ -263,9 +263,9 @@ def angle_drift(structure, values, z, a):
     drift = -2.0 * (x * u + y * v) * turning / (square * square)
     for p in range(vectors.start[a], vectors.start[a + 1]):
         if vectors.partner[p] > 0:
-            both = load(z, velocity + vectors.coordinate[p]) * load(
+            rate_product = load(z, velocity + vectors.coordinate[p]) * load(
                 z, velocity + vectors.partner[p]
             )
-            turned = x * load(values.vectors.y, p) - y * load(values.vectors.x, p)
-            drift += turned * both / square
+            cross_product = x * load(values.vectors.y, p) - y * load(values.vectors.x, p)
+            drift += cross_product * rate_product / square
     return drift

@@ -149,12 +149,12 @@ def _reached_rows(
     is_multiplier: list[bool], rows: Sequence[list[tuple[int, int]]]
 ) -> dict[int, list[tuple[int, int]]]:
     """Return the rows that depend on the multipliers' right-hand side, without other columns."""
-    among = {}
+    row_entries = {}
     for k, multiplier in enumerate(is_multiplier):
-        entries = [(t, c) for t, c in rows[k] if c in among]
+        entries = [(t, c) for t, c in rows[k] if c in row_entries]
         if entries or multiplier:
-            among[k] = entries
-    return among
+            row_entries[k] = entries
+    return row_entries
 
 
 def _indices(values) -> np.ndarray:

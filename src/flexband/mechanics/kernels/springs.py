@@ -270,6 +270,6 @@ def set_rest(structure, values, z):
     """Set s₀ of springs that are relaxed at the start."""
     rest = values.springs.rest
     for s in range(len(structure.springs.f)):
-        given = load(rest, s)
-        relaxed = less(filled(0.5 * RELAXED), given)
-        store(rest, s, where(relaxed, elongation(structure, values, z, s), given))
+        rest_elongation = load(rest, s)
+        relaxed = less(filled(0.5 * RELAXED), rest_elongation)
+        store(rest, s, where(relaxed, elongation(structure, values, z, s), rest_elongation))

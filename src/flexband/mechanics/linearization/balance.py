@@ -98,8 +98,8 @@ class Balance:
         r, Phi = equations.residual(z)
         self.directionless, loose = equations.directionless(z)
         rows = equations.jacobian(z) * size
-        each = equations.system.model.dimension
-        lengths = reduce(np.hypot, (rows[:, k::each] for k in range(each)))
+        dimension = equations.system.model.dimension
+        lengths = reduce(np.hypot, (rows[:, k::dimension] for k in range(dimension)))
         self.norms = lengths.max(axis=1, initial=1e-300)
         self.rows = rows / self.norms[:, None]
         self.violation = Phi / self.norms
@@ -180,8 +180,8 @@ class Balance:
         if not len(self.rows):
             return -1
         u, sizes, _ = np.linalg.svd(self.rows)
-        near = len(u) > len(sizes) or sizes[-1] < 1e-3 * sizes[0]
-        return int(np.abs(u[:, -1]).argmax()) if near else -1
+        nearly_dependent = len(u) > len(sizes) or sizes[-1] < 1e-3 * sizes[0]
+        return int(np.abs(u[:, -1]).argmax()) if nearly_dependent else -1
 
     @property
     def largest_force(self) -> float:
@@ -211,8 +211,10 @@ class Balance:
         It is none where a move by the whole size would change forces by less than is tolerated.
         """
         matrix = reduce_matrix(self.linear.K + self.linear.L, self.basis)
-        least = np.sqrt(self.tolerated)
-        return _scale_by_diagonal(np.where(np.abs(matrix) < least * least[:, None], 0.0, matrix))
+        tolerance_root = np.sqrt(self.tolerated)
+        return _scale_by_diagonal(
+            np.where(np.abs(matrix) < tolerance_root * tolerance_root[:, None], 0.0, matrix)
+        )
 
     @property
     def unresolved(self) -> bool:
@@ -230,17 +232,19 @@ class Balance:
         """Return the step of Newton's method, relative to the size, with inertia over `weight`."""
         size = self.equations.size
         K = self.linear.K + self.linear.L
-        back = np.zeros(len(size))
+        constraint_step = np.zeros(len(size))
         if len(self.rows):
-            back = -np.linalg.lstsq(self.rows, self.violation, rcond=self.tolerances.rank)[0] * size
+            constraint_step = (
+                -np.linalg.lstsq(self.rows, self.violation, rcond=self.tolerances.rank)[0] * size
+            )
         matrix, scale, factors = self.stiffness
         if np.isfinite(weight):
             matrix, scale, factors = _scale_by_diagonal(
                 reduce_matrix(K + self.linear.M / weight, self.basis)
             )
-        right = -self.forces - self.basis.T @ (K @ back)
+        right = -self.forces - self.basis.T @ (K @ constraint_step)
         y = scale * _solution(matrix, factors, scale * right)
-        return (back + self.basis @ y) / size
+        return (constraint_step + self.basis @ y) / size
 
     def moved(self, step: np.ndarray) -> Balance:
         """Return the balance after a step, relative to the size."""
@@ -285,8 +289,8 @@ def _scale_by_diagonal(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, Fact
     what is coupled counts in its place.
     """
     size = np.abs(matrix)
-    least = np.finfo(float).tiny
-    diagonal = np.maximum(np.diag(size), least)
+    floor = np.finfo(float).tiny
+    diagonal = np.maximum(np.diag(size), floor)
     with np.errstate(over="ignore"):
         coupled = np.minimum(size, size**2 / diagonal).max(axis=1, initial=0.0)
     scale = 1 / np.sqrt(np.maximum(diagonal, coupled))

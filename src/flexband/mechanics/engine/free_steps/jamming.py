@@ -91,9 +91,9 @@ def pass_through(structure, values, now, work):
             nx = load(work.before, row)
             ny = load(work.before, row + 1)
             N = sqrt(nx * nx + ny * ny)
-            known = where(less(none, N), less(N, filled(1e300)), none)
-            along = (nx * dx + ny * dy) / where(known, N, filled(1.0))
-            change = where(known, along, sqrt(dx * dx + dy * dy))
+            finite_mask = where(less(none, N), less(N, filled(1e300)), none)
+            along = (nx * dx + ny * dy) / where(finite_mask, N, filled(1.0))
+            change = where(finite_mask, along, sqrt(dx * dx + dy * dy))
             mode = load(z, rows.mode + k)
             force = load(work.before, state.friction + k)
             pulled = where(less(force, none), filled(-1.0), filled(1.0))
@@ -142,18 +142,18 @@ def find_jams(structure, values, work, failure):
     now = np.int64(0)
     none = filled(0.0)
     code = load(failure, 0)
-    suspected = none
+    suspects = none
     for reason in (FAILURE.jammed, FAILURE.diverged, FAILURE.too_small):
         same = less(magnitude(code - reason), filled(0.5))
-        suspected = maximum(suspected, same)
-    if structure.friction.follows and any_true(suspected):
+        suspects = maximum(suspects, same)
+    if structure.friction.follows and any_true(suspects):
         gain = gain_of_friction(structure, values, now, work)
         go_back(structure, work, filled(1.0))
-        jams = where(less(filled(JAMMING.jams), gain), suspected, none)
+        jams = where(less(filled(JAMMING.jams), gain), suspects, none)
         store(failure, 0, where(jams, filled(FAILURE.jammed), code))
         store(failure, 3, where(jams, gain, load(failure, 3)))
-        suspected = where(jams, none, suspected)
+        suspects = where(jams, none, suspects)
         code = load(failure, 0)
     jammed = less(magnitude(code - FAILURE.jammed), filled(0.5))
-    unsettled = where(suspected, jammed, none)
+    unsettled = where(suspects, jammed, none)
     store(failure, 0, where(unsettled, filled(FAILURE.unsettled), code))

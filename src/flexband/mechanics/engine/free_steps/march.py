@@ -117,8 +117,8 @@ def blame(trial, number, failed, failure, lost):
 
 
 @compiled
-def enter(structure, values, work, n, chosen):
-    """Begin round n where `chosen` is true; return the mask of those in which it is a step.
+def enter(structure, values, work, n, mask):
+    """Begin round n where `mask` is true; return the mask of those in which it is a step.
 
     `work.round` has its number, its length in steps of the output, the time at its start, that of
     the result which it leads to, how much of it has passed, and the functions of time in it.
@@ -129,18 +129,18 @@ def enter(structure, values, work, n, chosen):
     rows = structure.functions * COEFFICIENTS
     length = where(stepping, part, filled(1.0))
     start = load(values.moments, n - 1)
-    begun = filled(float(n)), length, start, load(values.numbers, n), none
+    round_rows = filled(float(n)), length, start, load(values.numbers, n), none
     for row in range(5):
-        store(work.round, row, where(chosen, begun[row], load(work.round, row)))
+        store(work.round, row, where(mask, round_rows[row], load(work.round, row)))
     for k in range(rows):
-        known = load(work.polynomials, k)
-        store(work.polynomials, k, where(chosen, load(values.polynomials, n * rows + k), known))
-    return where(stepping, chosen, none)
+        coefficient = load(work.polynomials, k)
+        store(work.polynomials, k, where(mask, load(values.polynomials, n * rows + k), coefficient))
+    return where(stepping, mask, none)
 
 
 @compiled
 def take_step(  # noqa: PLR0915 (a step is one story)
-    structure, method, limits, tolerance, values, work, known, stepping, failure
+    structure, method, limits, tolerance, values, work, start_redundancy, stepping, failure
 ):
     """Attempt a step of the lanes that are `stepping`.
 
@@ -187,7 +187,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     begin_states(state, z, step, stepping)
     clear(work.trial, 4)
     failed, redundant = attempt(
-        structure, scaled, newton, values, now, work, known, stepping, work.trial
+        structure, scaled, newton, values, now, work, start_redundancy, stepping, work.trial
     )
     update_law_states(structure, values, now, z, work.blocks)
     update_gap_rates(structure, values, now, z, CONTROL.difference * step, work.blocks)
@@ -197,17 +197,17 @@ def take_step(  # noqa: PLR0915 (a step is one story)
         of_states = error_of_states(structure, values, now, work, step, method.step)
         of_states = where(less(step, 1.0001 * smallest), none, of_states)
         error = maximum(error, of_states / limits.tolerance)
-    good = where(failed, none, less(error, filled(1.0)))
+    precise_mask = where(failed, none, less(error, filled(1.0)))
     early, event = first_crossing(structure, values, limits, work.before, z, step)
     short = less((1.0 - event) * step, smallest)
-    early = where(good, where(short, none, early), none)
-    accepted = where(stepping, where(early, none, good), none)
+    early = where(precise_mask, where(short, none, early), none)
+    accepted = where(stepping, where(early, none, precise_mask), none)
     by_depth = where(closed, less(error, filled(0.5)), none)  # a contact asks for a shorter step
     store(work.counts, 3, where(by_depth, none, load(work.counts, 3)))
     update_sizes(structure, work, step, method.step, accepted)
     end_states(state, z, step, accepted)
     watch(structure, values, now, work, time, time + step, accepted)
-    share_forces(structure, values, now, work, accepted, redundant, known, number)
+    share_forces(structure, values, now, work, accepted, redundant, start_redundancy, number)
 
     planned = load(work.steps, 0)
     cubed = error / (step * step * step)
@@ -244,8 +244,8 @@ def take_step(  # noqa: PLR0915 (a step is one story)
 
 
 @compiled
-def leave(structure, method, limits, values, work, n, chosen, outputs, failure):
-    """End round n where `chosen` is true: impulses, new accelerations, and the sensors."""
+def leave(structure, method, limits, values, work, n, mask, outputs, failure):
+    """End round n where `mask` is true: impulses, new accelerations, and the sensors."""
     state = structure.state
     z = work.z
     none = filled(0.0)
@@ -253,8 +253,8 @@ def leave(structure, method, limits, values, work, n, chosen, outputs, failure):
     rounds = outputs.shape[0] - 2
     part = load(values.parts, n)
     moment = load(values.moments, n)
-    add_turns(structure, method, values, work, where(less(none, part), chosen, none))
-    still = where(less(none, part), none, chosen)
+    add_turns(structure, method, values, work, where(less(none, part), mask, none))
+    still = where(less(none, part), none, mask)
     struck = none
     jammed = none
     place = where(still, none, filled(1.0))
@@ -263,10 +263,10 @@ def leave(structure, method, limits, values, work, n, chosen, outputs, failure):
     if any_true(still):
         keep_state(structure, work)
         begin_sticking(structure, values, z)
-        struck = is_impulse(part, chosen)
+        struck = is_impulse(part, mask)
         if any_true(struck) and state.angle > state.friction:
             jammed = strike_by_drive(structure, method, values, now, work, limits, struck)
-        break_off(structure, method, values, now, work, part, chosen)
+        break_off(structure, method, values, now, work, part, mask)
         update_law_states(structure, values, now, z, work.blocks)
         span = CONTROL.difference * load(work.steps, 0)
         update_gap_rates(structure, values, now, z, span, work.blocks)
@@ -275,21 +275,21 @@ def leave(structure, method, limits, values, work, n, chosen, outputs, failure):
         watch(structure, values, now, work, moment, moment, restarted)
         go_back(structure, work, where(still, none, filled(1.0)))
         step = load(work.steps, 0)
-        _, more = switch(structure, method, values, work, step, moment, limits, still)
-        jammed = note_failure(failure, FAILURE.jammed, maximum(jammed, more))
+        _, switch_jams = switch(structure, method, values, work, step, moment, limits, still)
+        jammed = note_failure(failure, FAILURE.jammed, maximum(jammed, switch_jams))
         store(failure, 1, where(jammed, load(values.numbers, n), load(failure, 1)))
         follow_depths(structure, values, z, still)
     sensed = outputs[rounds + 1]
     rows = outputs[n]
     sense(structure, values, now, z, sensed, work.blocks)
     for row in range(outputs.shape[1]):
-        store(rows, row, where(chosen, load(sensed, row), load(rows, row)))
+        store(rows, row, where(mask, load(sensed, row), load(rows, row)))
     if any_true(struck):
         finish_impulse(structure, z, struck)
     for k in range(states_to_keep(structure)):
         if kept_at(k, rounds) == n:
-            keep(structure, z, work.kept, k, chosen)
-    store(work.reached, 0, where(chosen, filled(float(n)), load(work.reached, 0)))
+            keep(structure, z, work.snapshots, k, mask)
+    store(work.reached, 0, where(mask, filled(float(n)), load(work.reached, 0)))
 
 
 @compiled
@@ -304,7 +304,7 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
         first = filled(CONTROL.first) * method.step
         fresh = less(load(work.steps, row), filled(SHORTEST_STEP))
         store(work.steps, row, where(fresh, first, load(work.steps, row)))
-    known = load(failure, 3)
+    start_redundancy = load(failure, 3)
     span = CONTROL.difference * load(work.steps, 0)
     update_gap_rates(structure, values, now, z, span, work.blocks)
     begin_modes(structure, method, values, work, limits, failure, anew)
@@ -329,7 +329,7 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
         if not any_true(alive) or any_true(load(stop, 0)):
             break
         arrived, lost = take_step(
-            structure, method, limits, tolerance, values, work, known, alive, failure
+            structure, method, limits, tolerance, values, work, start_redundancy, alive, failure
         )
         alive = where(lost, none, alive)
     if structure.state.angle > structure.state.friction:

@@ -266,10 +266,10 @@ def add_beam_tangent(beams, values, z, velocity, weight, rate, matrix, blocks):
         Q = forces[6]
         b = forces[8]
         _add_section(slot, 1, il, weight, M - sheared, N, Q, b, c[13], node_j, blocks, matrix)
-        both = load(blocks, SUM + VARIABLES * 6 + 7)
+        coupling = load(blocks, SUM + VARIABLES * 6 + 7)
         fi = node_i[5]
         fj = node_j[5]
-        block = times(both * fi[0], fj) + times(both * fi[1], fj)
+        block = times(coupling * fi[0], fj) + times(coupling * fi[1], fj)
         add_block(matrix, slot, 4, 10, weight, block)
 
 

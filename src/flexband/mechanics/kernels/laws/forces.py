@@ -130,9 +130,9 @@ def fill(structure, values, now, z, s, memory):
     for k in range(rows.states):
         before = load(z, places.y0 + rows.state + k)
         w = load(z, places.w + rows.state + k)
-        known = before + load(z, places.rule) * w
-        store(memory, rows.y + k, before + (known - before) / FIRST_SHARE)
-        store(memory, rows.y + rows.states + k, known)
+        explicit_part = before + load(z, places.rule) * w
+        store(memory, rows.y + k, before + (explicit_part - before) / FIRST_SHARE)
+        store(memory, rows.y + rows.states + k, explicit_part)
         store(memory, rows.y + 2 * rows.states + k, load(z, places.rule + 1))
     gaps = rows_of_gaps(state)
     for k in range(rows.gaps):
@@ -170,11 +170,11 @@ def start_states(structure, values, z, memory):
         fill(structure, values, 0, z, s, memory)
         rows = layout(laws, s)
         for k in range(rows.states):
-            given = load(values.law_states, rows.state + k)
-            steady = less(filled(0.5 * MARK.steady), given)
-            known = where(steady, filled(0.0), given)
-            store(memory, rows.y + k, known)
-            store(memory, rows.y + rows.states + k, known)
+            start_value = load(values.law_states, rows.state + k)
+            steady = less(filled(0.5 * MARK.steady), start_value)
+            value = where(steady, filled(0.0), start_value)
+            store(memory, rows.y + k, value)
+            store(memory, rows.y + rows.states + k, value)
             tau = where(steady, filled(MARK.solved), filled(0.0))
             store(memory, rows.y + 2 * rows.states + k, tau)
         for k in range(rows.gaps):
@@ -185,8 +185,8 @@ def start_states(structure, values, z, memory):
             open_ = less(filled(0.0), load(z, gaps.value + rows.gap + k))
             mode = where(open_, filled(MARK.at_rest), filled(-MARK.at_rest))
             place = gaps.mode + rows.gap + k
-            known = load(z, place)
-            mode = where(known, known, mode)
+            old_mode = load(z, place)
+            mode = where(old_mode, old_mode, mode)
             store(memory, rows.mode + k, mode)
             store(z, place, mode)
         if rows.gaps > 0:

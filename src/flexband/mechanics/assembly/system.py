@@ -101,6 +101,7 @@ def assemble(mechanism: Mechanism) -> System:
     state = model.state.with_extremes(len(model.watched))
     mass = model.mass
     velocity: list[ArrayLike] = [0.0]
+    # Take the elements of all flexible bodies.
     free_strains = [strain for entries in model.entries.values() for strain in entries.strains]
     continua = ContinuumTable()
     elements = {
@@ -114,6 +115,7 @@ def assemble(mechanism: Mechanism) -> System:
             member, first = model.member(name)
             name_errors(f"body {name!r}", elements[member.element_table].take, name, member, first)
 
+    # Collect the tables of numbers and indices.
     inertia = Inertia(model)
     outputs, units, sensors, conditions, sensor_rows = _sensors(model)
     watched = model.watched
@@ -133,6 +135,7 @@ def assemble(mechanism: Mechanism) -> System:
         "sensors": ProductTable(sensor_rows),
         "extremes": ExtremeTable([w.form for w in watched], [w.kind for w in watched]),
     }
+    # Find the functions of time, and the pattern of the matrix.
     all_functions = chain.from_iterable(table.functions for table in tables.values())
     functions = [f for f in dict.fromkeys(all_functions) if f is not None]
     owners = [owner for owner, _ in model.constraints]
@@ -147,6 +150,7 @@ def assemble(mechanism: Mechanism) -> System:
     places = Places(state, numbers, slots, nowhere=pattern.rows - 1)
     pivots = [places.slot(k, k) for k in range(state.friction, state.angle)]  # of what slides
     pattern = pattern._replace(filled_up=indices([*pattern.filled_up, *pivots]))
+    # Fill in the structure and the values.
     forms = [*sensor_rows, *(form for form, *_ in watched)]
     read = {i for row in forms for key in row.terms for i in key[:2]}
     structure = Structure(
@@ -173,6 +177,7 @@ def assemble(mechanism: Mechanism) -> System:
         **dict.fromkeys(of_runs, np.empty((0, 1))),
         **{name: table.values() for name, table in tables.items()},
     )
+    # Check what functions return, and count the samples.
     driven = [np.atleast_1d(evaluate_function(f, 0.0)) for f in functions]
     for f, value in zip(functions, driven, strict=True):
         if value.ndim > 1:

@@ -129,6 +129,7 @@ def run_samples(
         attempts=attempts, matrices=most_matrices(system) if limits else 1000
     )
     run_block = partial(march_block, system, method, float(integrator.tolerance), limits=limits)
+    # Allocate the results of all samples; blocks fill in their own.
     outputs = np.empty((len(sample_numbers), len(system.outputs), len(times[::stride])))
     failures, firsts = (
         np.zeros((len(sample_numbers), 4)),
@@ -157,6 +158,7 @@ def run_samples(
         require_inertia(system, values, np.where(lost, np.nan, first)[:, : len(numbers)], numbers)
         if at_end:
             ends[block] = end_of(system, values, at_end(block), work, first_q)[:, : len(numbers)]
+        # Lanes may have rounds of their own: select those of the times of the result.
         with np.errstate(all="ignore" if failure[0].any() else None):
             derived = derive(system, series.transpose(1, 0, 2))
         lanes = np.minimum(np.arange(places.start, places.stop), len(sample_numbers) - 1)
@@ -166,6 +168,7 @@ def run_samples(
             last, lane = schedule.lanes(schedule.last, lanes), np.arange(WIDTH)
             derived = derived[:, last, lane]
             conditions = conditions[last, :, lane].transpose(0, 2, 1)
+        # Fill in the results of the block, without the lanes that have no sample.
         outputs[places] = derived[:, ::stride].transpose(2, 0, 1)[: len(numbers)]
         failures[places] = _with_branches(conditions, failure).T[: len(numbers)]
         turn_statistics[places] = work.turn_statistics.T[: len(numbers)].reshape(
@@ -179,6 +182,7 @@ def run_samples(
             starts[int(numbers[0])] = first[:, 0].copy()
         return len(numbers)
 
+    # Compile before the threads begin, and run all blocks.
     if not (free_dynamics if limits else dynamics).codes:
         while_compiling(lambda: run_block(packed(0), 1))
     under_way.run(simulate, len(sample_numbers), threads, progress)

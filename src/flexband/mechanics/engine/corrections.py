@@ -61,6 +61,7 @@ def corrections(
     free_strain_members = {
         entry.member for entries in model.entries.values() for entry in entries.strains
     }
+    # Compare the places, turns and velocities of each body.
     for b, (name, vectors) in enumerate(model.node_vectors.items()):
         places = vectors[:, 0]
         axes = model.axes[name]
@@ -76,6 +77,7 @@ def corrections(
         if name in free_strain_members:
             turns[b] = moves[b] = 0.0
     changes = Corrections(turns, moves, rates, speeds, np.zeros(len(samples), dtype=bool))
+    # Examine the samples whose bodies turn far for another branch.
     candidates = np.flatnonzero(turns.max(axis=0) > branch_turn)
     if len(candidates):
         guess = np.zeros((len(z), len(candidates)))
@@ -100,6 +102,7 @@ def report(
         where = f" (sample {sample})" if system.samples > 1 else ""
         return float(change[b, sample]), f"body {names[b]!r}", where
 
+    # Report the largest turn and move of a body.
     turn, body, where = largest(changes.turns)
     if turn > limits.min_turn:
         attributes["largest_turn"] = turn
@@ -111,6 +114,7 @@ def report(
     if move > limits.min_move * size:
         attributes["largest_move"] = move
         sentences.append(f"assembly moved {body} by {move:.3g} m from its given place{where}")
+    # Report changes of the velocities.
     for change, quantity in ((changes.rates, "rate"), (changes.speeds, "velocity")):
         part, body, where = largest(change)
         if part > limits.min_rate:
@@ -119,6 +123,7 @@ def report(
             if part > limits.large_rate:
                 text = sentences[-1] + "; give all bodies velocities that joints and drives allow"
                 warn(text, remarks=_change_remarks(change, limits.large_rate, text))
+    # Warn of loops that are closed in another branch.
     if changes.reversed.any():
         where = f" (sample {np.argmax(changes.reversed)})" if system.samples > 1 else ""
         text = "a loop closed in another branch than that of the given angles"

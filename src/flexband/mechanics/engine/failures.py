@@ -65,11 +65,13 @@ def raise_failures(
     step = float(times[1] - times[0]) if len(times) > 1 else 0.0
     tried = f"steps of {step:g} s" + (f" and of {step / 2:g} s" if halved else "")
     drives = " and ".join(dict.fromkeys(system.constraints[k] for k in driven))
+    # Find the reason of each failure.
     for sample in failed:
         numbers = code[sample], int(row[sample]), float(part[sample])
         reason = _reason(system, *numbers, tried, drives)
         causes[int(sample)] = (float(times[int(number[sample])]), reason)
     lines = [f"{len(causes)} of {number_of(len(failures), 'run')} failed", *_causes(causes)]
+    # Say what may help.
     short = np.isin(code[failed], (FAILURE.diverged, FAILURE.too_small)).any()
     fold = fold_advice(system, folds, failed) if folds and short else ""
     if fold or FAILURE.diverged in code[failed]:

@@ -311,6 +311,7 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
         residual(structure, values, now, z, r, work.blocks)
         to_right_side(structure, r, method.dq_da)
         store(work.counts, 1, load(work.counts, 1) + 1.0)
+        # Factor a new matrix, or use the last one.
         if age == 0:
             store(work.counts, 2, load(work.counts, 2) + 1.0)
             tangent(structure, values, now, z, weight, velocity_part, matrix, work.blocks)
@@ -324,6 +325,7 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
         age += 1
         if damped:
             shorten_corrections(structure, method, values, r)
+        # Correct the state, and estimate the error that remains.
         moved = where(active, moved + turn_of_jacobian(structure, method, values, r), moved)
         change = correct(structure, method, values, z, a, r, active)
         if not first:
@@ -336,6 +338,7 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
         active = where(less(error, tolerance), none, where(solved, none, active))
         if any_true(active) and age < max_iterations:
             continue
+        # Project what has converged, and let friction follow its reactions.
         solved = where(active, none, pending)
         done = project(structure, method, values, now, work, solved, moved)
         settled = NEWTON.settled if matrices < NEWTON.followed else NEWTON.nearly_settled
@@ -599,11 +602,13 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
         stepping = where(less(none, part), alive, none)
         length = where(less(none, part), part, filled(1.0))
         other = where(less(length, before), filled(1.0), less(before, length))
+        # Begin anew where the length of the step changes.
         if any_true(other):
             restart(structure, work, other)
             shift_states(structure.state, z, length / before, other)
         before, still = length, where(less(none, part), none, filled(1.0))
         divided = any_true(still)
+        # Predict and solve the step.
         scaled = of_part(method, length)
         limit = maximum(tolerance * (length * length), filled(ROUNDING))
         if method.attempts > 1 or divided:
@@ -626,10 +631,12 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
             load(values.numbers, n),
         )
         update_law_states(structure, values, now, z, work.blocks)
+        # Perform the rounds that are no steps.
         struck = none
         if divided:
             go_back(structure, work, still)
             struck = break_off(structure, method, values, now, work, part, alive)
+        # Write the results of the round.
         add_turns(structure, scaled, values, work, stepping)
         moment, earlier = load(values.moments, n), load(values.moments, n - 1)
         watched = where(less(magnitude(part), filled(0.5)), stepping, alive)

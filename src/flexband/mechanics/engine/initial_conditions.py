@@ -97,6 +97,7 @@ def assemble(structure, values, s, work, keeps_shape):
         )
         if iteration == 0:
             redundant = left_out
+        # Solve for the correction.
         clear(r, state.velocity)
         if not keeps_shape:
             add_elastic_forces(structure, values, z, r)
@@ -108,6 +109,7 @@ def assemble(structure, values, s, work, keeps_shape):
         for i in range(1, state.coordinates + 1):
             step = magnitude(s * load(r, i)) * load(values.inverse_scale, i)
             largest = maximum(largest, step)
+        # Limit its length, and apply it where the search has not ended.
         short = less(largest, filled(ASSEMBLY.max_step))
         part = where(short, filled(1.0), ASSEMBLY.max_step / largest)
         for i in range(1, state.coordinates + 1):

@@ -58,6 +58,7 @@ def close_loops(
         open_mask = np.abs(misfit).max(axis=0, initial=0.0) > options.tolerance
         if not open_mask.any():
             break
+        # Solve for a damped step of rigid motions.
         rows = derivatives(system, c, values.vectors, z).transpose(2, 0, 1)
         motions = rigid_motions(system, z, 1 / inverse).transpose(2, 0, 1)
         rows = inverse[:, None, None] * (rows @ motions)
@@ -69,6 +70,7 @@ def close_loops(
         step[:, turns] /= options.turn_weight
         largest = np.abs(step).max(axis=1, keepdims=True)
         step *= ASSEMBLY.max_step / np.maximum(largest, ASSEMBLY.max_step)
+        # Take the step where it leads nearer, and adapt the damping.
         moved = z.copy()
         _move(system, moved, step[:, :, 0].T, 1 / inverse)
         next_misfit = inverse * constraint_errors(system, values, moved)

@@ -172,6 +172,7 @@ def project(structure, method, values, now, work, solved, moved):
     velocity = state.velocity
     end = state.multiplier
     none = filled(0.0)
+    # Project the velocities, unless the Jacobian is too old for them.
     clear(r, velocity)
     subtract_speed_errors(structure, values, now, z, r)
     solve(pattern, pattern.reached, matrix, (r,))
@@ -181,6 +182,7 @@ def project(structure, method, values, now, work, solved, moved):
     inexact = where(less(moved, filled(PROJECTION.max_change)), inexact, filled(1.0))
     mask = where(inexact, none, solved)
     add_rows(z, velocity, r, 1, end, mask)
+    # Project the accelerations and the method's variable a, with the multipliers.
     clear(r, velocity)
     clear(s, velocity)
     subtract_rate_errors(structure, values, now, z, a, r, s)
@@ -234,6 +236,7 @@ def accelerate(structure, values, now, work, mask):
     for count in range(PROJECTION.rough_solutions if has_friction else PROJECTION.solutions):
         solve_accelerations(structure, values, now, work)
         refine(structure, values, work, r)
+        # Compare the change of the multipliers with the largest one.
         change = none
         largest = none
         for k in range(state.multiplier, state.angle):
@@ -247,6 +250,7 @@ def accelerate(structure, values, now, work, mask):
             pending = where(retry_mask, pending, none)
             if not any_true(pending):
                 break
+        # Correct q̈ and λ, and let friction follow its reactions.
         add_rows(z, state.acceleration, r, 1, state.multiplier, pending)
         add_rows(z, 0, r, state.multiplier, state.angle, pending)
         followed = carry_reactions(structure, values, z, pending, count == 0)
@@ -331,6 +335,7 @@ def share(structure, values, now, work, shared):
     pending = shared
     change = none
     largest = none
+    # Set aside the friction of what slides.
     for k in range(state.multiplier, state.angle):
         store(shares, k, none)
     for k in range(state.angle - state.friction):  # what slides is not shared
@@ -338,6 +343,7 @@ def share(structure, values, now, work, shared):
         sliding_force = where(holds(structure, z, k), none, where(shared, load(z, row), none))
         store(shares, row, sliding_force)
         store(z, row, load(z, row) - sliding_force)
+    # Carry in passes with softened constraints what is left to carry.
     for part in (PROJECTION.softening, PROJECTION.small_softening):
         mass_matrix(structure, values, values.sharing_mass, now, z, matrix)
         soften_multipliers(structure.pattern, matrix, part)
@@ -364,6 +370,7 @@ def share(structure, values, now, work, shared):
                     break
         if not any_true(pending):
             break
+    # Take over what the passes have carried.
     for k in range(state.multiplier, state.angle):
         store(z, k, load(shares, k) + where(shared, none, load(z, k)))
     return where(pending, less(PROJECTION.unshared * largest, change), none)

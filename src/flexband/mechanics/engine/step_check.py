@@ -174,6 +174,7 @@ def remark_on_few_steps(
     if count < check.min_times or not len(outputs):
         return None
     h = h / 2 if 0 in motion.attrs.get("halved_step", ()) else h
+    # Compare with the variation of each output, or with rounding.
     rho = float(integrator.spectral_radius)
     dt = times[1] - times[0]
     size = np.maximum(np.abs(outputs).max(axis=-1), first["unit"].values == "rad")
@@ -183,6 +184,7 @@ def remark_on_few_steps(
     scale = np.maximum(std, units.rounding / check.max_error)  # errors are above rounding
     free_frequencies = np.ones(count // 2 + 1, dtype=bool)
     worst = worst_vibration(outputs, varies, scale, free_frequencies, dt, h, rho, check)
+    # Leave out the frequencies of drives only where there is something to report.
     if worst is not None and worst.error > check.max_error:
         values = [[float(np.ravel(evaluate_function(f, t))[0]) for t in times] for f in functions]
         free_frequencies = not_driven(np.array(values).reshape(-1, count), check)
@@ -218,6 +220,7 @@ def worst_vibration(
     """
     count = outputs.shape[-1]
     factor = (1 + 4.5 * ((1 - rho) / (1 + rho)) ** 2) / 12
+    # Remove the mean and the trend, and find the energy of bands of frequencies.
     tau = np.arange(count) - 0.5 * (count - 1)
     moved = outputs - outputs.mean(axis=-1, keepdims=True)
     moved = moved - (moved @ tau / (tau @ tau))[:, None] * tau
@@ -225,6 +228,7 @@ def worst_vibration(
     energy = np.abs(np.fft.rfft(moved * window)) ** 2
     k, band, beside = bands(energy, check)
     omega = 2 * np.pi * k / (count * dt)
+    # Estimate the error of each band, that of a vibration that stands out.
     lag = omega * count * dt * factor * (omega * h) ** 2
     tonal = (band > check.contrast * beside) & free_frequencies[k] & varies[:, None]
     weight = np.where(tonal, band * np.minimum(lag / 3**0.5, 2**0.5) ** 2, 0.0)
@@ -234,6 +238,7 @@ def worst_vibration(
     for o in np.argsort(-error_estimates)[: check.candidates]:
         if error_estimates[o] < check.max_error / 2:
             break
+        # Follow the amplitude of the worst band in time.
         at = k[np.argmax(weight[o])]
         peak_band = slice(*check.edges(np.array([at]), energy.shape[-1], 1).ravel())
         frequency = np.average(np.arange(energy.shape[-1])[peak_band], weights=energy[o, peak_band])

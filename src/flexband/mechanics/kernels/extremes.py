@@ -68,11 +68,13 @@ def update_extremes(extremes, windows, state, z, forms, before, time, mask):
         value = load(forms, k)
         previous = load(z, result + k)
         latest = load(z, result + count + k)
+        # Leave out what is outside of the window.
         inside = where(less(time, first), filled(0.0), mask)
         inside = where(less(last, time), filled(0.0), inside)
         new = value
         kind = extremes.kind[k]
         closed = where(less(filled(0.0), latest), less(value, filled(0.0)), filled(0.0))
+        # Find the new value of the extreme, by its kind.
         if kind > KINDS.instant:
             number = load(z, result + k - (kind - KINDS.instant))
             nth = less(magnitude(number - float(kind - KINDS.instant)), filled(0.5))

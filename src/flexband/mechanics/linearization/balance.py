@@ -97,17 +97,20 @@ class Balance:
         z[equations.multipliers] = 0.0
         r, Phi = equations.residual(z)
         self.directionless, loose = equations.directionless(z)
+        # Scale the constraints to gradients of length 1.
         rows = equations.jacobian(z) * size
         dimension = equations.system.model.dimension
         lengths = reduce(np.hypot, (rows[:, k::dimension] for k in range(dimension)))
         self.norms = lengths.max(axis=1, initial=1e-300)
         self.rows = rows / self.norms[:, None]
         self.violation = Phi / self.norms
+        # Find the multipliers that balance the forces best.
         self.carried = np.zeros(0)
         if len(rows):
             self.carried = np.linalg.lstsq(self.rows.T, -size * r, rcond=tolerances.rank)[0]
             r = self._with_friction(z, r)
             z[equations.multipliers] = self.carried / self.norms
+        # Reduce the forces to the directions that constraints allow.
         self.z = z
         self.linear = equations.linear(z, spin).following(self.following(self.rows))
         self.basis = allowed(self.linear.Phi, size, tolerances.rank)
@@ -423,6 +426,7 @@ def _search_rest(
         excess = balance.excess
         if not np.isfinite(excess) or stop_flag().any():
             break
+        # Stop where forces are balanced, if Newton's step is short.
         violation = np.abs(balance.violation).max(initial=0.0)
         at_rest = excess <= 1.0 and violation < search.violation
         if at_rest and not balance.directionless:
@@ -432,6 +436,7 @@ def _search_rest(
                     return balance, True
                 last = balance.moved(step)
                 return last if last.excess <= 1.0 else balance, True
+        # Take a step with inertia, or a push where Newton's method is stuck.
         if downhill:
             weight = min(weight, 0.5 / max(-balance.lowest(), 1e-250))
         step = balance.step(weight)
@@ -448,6 +453,7 @@ def _search_rest(
             pushes = pushes + 1
             before = np.inf
             weight = rigidity
+        # Let inertia lose weight as the forces become smaller.
         if excess <= before or downhill:
             weight = min(weight * (10.0 if downhill else search.growth), 1e250)
         else:

@@ -78,6 +78,7 @@ class ModeSolver:
             spins = driven_spins(system, numbers)
         moving = bool(np.any(np.abs(v * scale) > self.min_speed)) and spins is None
         still = no_rotation(system)
+        # Find the states to linearize about.
         if self.at_start:
             if moving:
                 raise InputError(
@@ -92,6 +93,7 @@ class ModeSolver:
             _, failure, balances, _ = block_equilibria(system, values, self.steps, count, spins)
         results = []
         unbalanced = []
+        # Solve for the modes of each sample.
         for lane, balance in enumerate(balances):
             if failure[0, lane]:
                 continue

@@ -167,6 +167,7 @@ def _circulatory(linear: Linear, M, K, basis: np.ndarray, count: int):
 
 def _general(linear: Linear, M, D, K, basis: np.ndarray, count: int, symmetric: bool):
     """Solve (s² M + s D + K) φ = 0, shifted to the modes of low frequency and inverted."""
+    # Shift to the size of the eigenvalues that are asked for.
     n = len(M)
     identity = np.eye(n)
     none = np.zeros((n, n))
@@ -174,6 +175,7 @@ def _general(linear: Linear, M, D, K, basis: np.ndarray, count: int, symmetric: 
     below = [-np.linalg.solve(M, K) / unit, -np.linalg.solve(M, D)]
     magnitudes = np.sort(np.abs(np.linalg.eigvals(np.block([[none, unit * identity], below]))))
     shift = _shift(magnitudes, 2 * count)
+    # Solve for the inverses, and leave out those that rounding hides.
     M = shift**2 * M
     D = shift * D
     upper = [-np.linalg.solve(M + D + K, part) for part in (M + D, M)]
@@ -184,6 +186,7 @@ def _general(linear: Linear, M, D, K, basis: np.ndarray, count: int, symmetric: 
     upper_mask = np.imag(s) >= 0
     vectors = _normalize(linear, basis @ y[:, upper_mask])
     s = _balance_eigenvalues(linear, s[upper_mask], vectors)
+    # Set to 0 what rounding cannot tell from it.
     noise = rounding_errors(linear, vectors)
     size = np.abs(s)
     damping = np.abs(np.einsum("im,ij,jm->m", vectors.conj(), linear.D, vectors))
@@ -228,6 +231,7 @@ def _with_states(
     linear: Linear, states: LinearStates, basis: np.ndarray, count: int, *, alone: float = 1e-13
 ) -> Eigenmodes:
     """Solve for the modes of q, q̇ and states of laws; states `alone` have no modal mass."""
+    # Set the matrix of the first-order system.
     n = basis.shape[1]
     m = len(states.by_state)
     parts = linear.inertia, linear.D, linear.K + linear.L
@@ -239,6 +243,7 @@ def _with_states(
         np.hstack([states.by_place @ basis, states.by_rate @ basis, states.by_state]),
     ]
     s, x = np.linalg.eig(np.vstack(rows))
+    # Scale the modes to unit modal mass, or to unit states.
     upper_mask = np.imag(s) >= 0
     s = s[upper_mask]
     x = x[:, upper_mask]
@@ -249,6 +254,7 @@ def _with_states(
     scale = np.where(moving, mass, np.abs(y).max(axis=0, initial=0.0))
     vectors = vectors / scale
     y = y / scale
+    # Remove what is due to rounding alone.
     noise = np.where(moving, np.sqrt(rounding_errors(linear, vectors)), 0.0)
     s = np.where(np.abs(s) <= np.maximum(noise, RESOLVED * np.abs(s).max()), 0.0, s)
     s = np.where(np.abs(np.real(s)) <= PURE * np.abs(s), 1j * np.imag(s), s)

@@ -52,6 +52,7 @@ def first_crossing(structure, values, limits, before, z, step):
         tolerance = _tolerance(structure, values, limits, before, k)
         positive = less(filled(0.0), load(z, rows.mode + k))
         sign = where(positive, filled(1.0), filled(-1.0))
+        # Set the cubic of the gap over the step, positive while its mode holds.
         start, end = sign * load(before, rows.value + k), sign * load(z, rows.value + k)
         slope = sign * step * load(before, rows.rate + k)
         last = sign * step * load(z, rows.rate + k)
@@ -70,6 +71,7 @@ def first_crossing(structure, values, limits, before, z, step):
             late = maximum(late, early)
             part = where(early, minimum(part, turn + CONTROL.overshoot), part)
         c2, c3 = 3.0 * (end - start) - 2.0 * slope - last, 2.0 * (start - end) + slope + last
+        # Find the minimum of the cubic within the step.
         square = c2 * c2 - 3.0 * c3 * slope
         lowest = -slope / (c2 + sqrt(where(less(square, filled(0.0)), filled(0.0), square)))
         inside = where(less(filled(0.0), lowest), less(lowest, filled(1.0)), filled(0.0))
@@ -81,11 +83,13 @@ def first_crossing(structure, values, limits, before, z, step):
         closed = where(less(filled(0.0), start), less(filled(0.0), depth), filled(0.0))
         if not any_true(closed):
             continue
+        # Find its zero by bisection.
         low, high = filled(0.0), below
         for _ in range(40):
             middle = 0.5 * (low + high)
             open_ = less(filled(0.0), _cubic(start, slope, c2, c3, middle))
             low, high = where(open_, middle, low), where(open_, high, middle)
+        # Go a bit beyond the zero, unless it is at the end anyway.
         deep, event_interval, overshoot = (
             less(tolerance, depth),
             CONTROL.event_interval,

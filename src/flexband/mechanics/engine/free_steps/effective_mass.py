@@ -55,6 +55,7 @@ def update_masses(structure, values, now, work, mask):
         if not factorized:
             factorize_frictionless(structure, values, now, work)
             factorized = True
+        # Set the right-hand side to a unit force along the gap.
         clear(r, state.velocity)
         add_unit_force(structure, values, now, z, s, r, work.blocks)
         pass_on_moments(structure, values, z, r)
@@ -62,6 +63,7 @@ def update_masses(structure, values, now, work, mask):
             if i > state.coordinates:
                 store(r, i, filled(0.0))
             store(force, i, load(r, i))
+        # Compare the mobility with that without joints.
         alone = filled(0.0)
         mobility = filled(0.0)
         for p in range(len(mass.i)):
@@ -74,6 +76,7 @@ def update_masses(structure, values, now, work, mask):
             mobility = mobility + load(force, i) * load(r, i)
         moves = less(CONTROL.immovable * alone, mobility)
         effective = where(moves, 1.0 / where(moves, mobility, filled(1.0)), filled(MARK.immovable))
+        # Keep the sign, which tells whether an impact is over.
         row = first + laws.gap_start[s]
         old_mass = load(z, row)
         effective = where(less(old_mass, filled(0.0)), -effective, effective)

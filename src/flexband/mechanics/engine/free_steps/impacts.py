@@ -187,6 +187,7 @@ def solve_impulses(structure, values, now, work, pending):
     active = pending
     followed = none
     for count in range(IMPACT.solutions):
+        # Begin with the velocities before, and without impulses of what sticks.
         for i in range(1, state.coordinates + 1):
             v = load(z, state.velocity + i)
             store(z, state.velocity + i, where(active, load(before, i), v))
@@ -194,6 +195,7 @@ def solve_impulses(structure, values, now, work, pending):
             impulse = load(z, state.friction + k)
             freed = where(active, sticks(state, z, k), none)
             store(z, state.friction + k, where(freed, none, impulse))
+        # Set the right-hand side to the impulses of what slides and the errors of speeds.
         clear(r, state.velocity)
         update_distances(structure, values, z)
         add_constraints(friction.terms, values.friction.terms, values.functions, now, z, r)
@@ -204,6 +206,7 @@ def solve_impulses(structure, values, now, work, pending):
         for k in range(rows.frictions):
             row = state.friction + k
             store(r, row, where(sticks(state, z, k), load(r, row), load(z, row)))
+        # Solve for the change of v and the impulses, and take them over.
         solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
         refine(structure, values, work, r)
         largest = none
@@ -216,6 +219,7 @@ def solve_impulses(structure, values, now, work, pending):
                 store(z, place, where(active, load(r, k), load(z, place)))
             store(z, k, where(active, load(r, k), load(z, k)))
             largest = maximum(largest, magnitude(load(r, k)))
+        # Let friction follow the normal impulses, until it does not change.
         set_normal_impulses(structure, values, now, z)
         set_sliding_speeds(structure, values, now, work)
         followed = follow_impulses(structure, values, z, active, count) / maximum(
@@ -237,6 +241,7 @@ def follow_impulses(structure, values, z, active, count):
     none = filled(0.0)
     largest = filled(0.0)
     rows = friction_rows(state)
+    # Compare the changes with those before.
     squares = none
     products = none
     others = none
@@ -248,6 +253,7 @@ def follow_impulses(structure, values, z, active, count):
         products = products + last * step
         others = others + step * step
         largest = maximum(largest, magnitude(step))
+    # Sum up the geometric series where they are parallel.
     ratio = products / where(less(none, squares), squares, filled(1.0))
     parallel = less(others - ratio * products, FOLLOW.skew * others)
     parallel = where(parallel, less(none, squares), none)
@@ -274,10 +280,12 @@ def change_sticking(structure, values, work, limits, step, mask):
     largest = none
     loosest = none
     changed = none
+    # Find the largest impulse, and what asks for most.
     for k in range(state.multiplier, state.angle):
         largest = maximum(largest, magnitude(load(z, k)))
     for k in range(rows.frictions):
         loosest = maximum(loosest, excess_ratio(structure, values, z, k, largest))
+    # Release what asks for most, and let stick what slides back.
     for k in range(rows.frictions):
         mode = load(z, rows.mode + k)
         u = load(z, rows.speed + k)
@@ -391,6 +399,7 @@ def strike_parts(structure, method, values, now, work, limits, mask, jumps):
     step = method.step
     rows = friction_rows(state)
     joints = reaction_rows(state)
+    # Keep the velocities before the impact.
     for i in range(1, state.coordinates + 1):
         store(work.s, i, load(z, state.velocity + i))
     set_sliding_speeds(structure, values, now, work)
@@ -398,6 +407,7 @@ def strike_parts(structure, method, values, now, work, limits, mask, jumps):
     pending = mask
     diverged = none
     refused = none
+    # Solve for the impulses, and change what sticks until it agrees with them.
     for count in range(2 + IMPACT.changes * rows.frictions):
         impact_matrix(structure, method, values, now, work, pending, jumps)
         factorize(structure.pattern, work.matrix, load(work.smallest, 0), work.r)
@@ -413,6 +423,7 @@ def strike_parts(structure, method, values, now, work, limits, mask, jumps):
         pending = maximum(pending, stuck)
         if not any_true(pending):
             break
+    # Set the works, and what friction is after the impact.
     add_works(structure, values, now, work, mask, jumps)
     for k in range(joints.number):
         row = joints.reaction + k

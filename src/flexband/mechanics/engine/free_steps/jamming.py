@@ -68,6 +68,7 @@ def pass_through(structure, values, now, work):
     joints = reaction_rows(state)
     none = filled(0.0)
     components = first_component(structure)
+    # Find the reactions to the changes of friction.
     clear(r, state.velocity + 1)  # the last row may not be finite
     for k in range(rows.frictions):
         store(z, state.friction + k, load(x, k))
@@ -79,6 +80,7 @@ def pass_through(structure, values, now, work):
     refine(structure, values, work, r)
     for k in range(joints.number):
         store(z, joints.reaction + k, load(r, state.multiplier + k))
+    # Replace these by the changes of friction that the reactions cause.
     update_components(structure, values, now, z)
     for k in range(rows.frictions):
         store(x, k, none)
@@ -110,6 +112,7 @@ def gain_of_friction(structure, values, now, work):
     gain = filled(1.0)
     frictions = friction_rows(structure.state).frictions
     half = JAMMING.turns // 2
+    # Factor the matrix at the state, which is kept.
     keep_state(structure, work)
     update_dependent(structure, values, now, z)
     update_distances(structure, values, z)
@@ -119,6 +122,7 @@ def gain_of_friction(structure, values, now, work):
     for row in range(structure.state.multiplier, structure.state.angle):
         store(z, row, filled(0.0))  # they may not be finite
     factorize_frictionless(structure, values, now, work)
+    # Find the spectral radius by power iteration.
     for k in range(frictions):
         store(x, k, filled(1.0 + 0.1 * k if friction.reacts[k] else 0.0))
     for turn in range(JAMMING.turns):

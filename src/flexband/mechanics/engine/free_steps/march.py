@@ -154,6 +154,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     none = filled(0.0)
     now = np.int64(0)
     state = structure.state
+    # Choose the step: as planned, but no step is left that is much shorter than this.
     length = load(work.round, 1) * method.step
     elapsed = load(work.round, 4)
     time = load(work.round, 2) + elapsed
@@ -168,6 +169,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     step = where(less(planned, 0.5 * ahead), planned, step)
     step = where(stepping, step, filled(1.0) * method.step)
     ratio = step / load(work.steps, 1)
+    # Predict the motion.
     keep_state(structure, work)
     shift_accelerations(structure, z, a, ratio, stepping)
     shift_states(state, z, ratio, stepping)
@@ -186,6 +188,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     predict(structure, scaled, values, z, a)
     begin_states(state, z, step, stepping)
     clear(work.trial, 4)
+    # Solve the step, and estimate its error.
     failed, redundant = attempt(
         structure, scaled, newton, values, now, work, start_redundancy, stepping, work.trial
     )
@@ -198,6 +201,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
         of_states = where(less(step, 1.0001 * smallest), none, of_states)
         error = maximum(error, of_states / limits.tolerance)
     precise_mask = where(failed, none, less(error, filled(1.0)))
+    # Accept the step if it is precise and does not pass an event.
     early, event = first_crossing(structure, values, limits, work.before, z, step)
     short = less((1.0 - event) * step, smallest)
     early = where(precise_mask, where(short, none, early), none)
@@ -224,10 +228,12 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     store(work.steps, 1, where(accepted, step, load(work.steps, 1)))
     go_back(structure, work, where(accepted, none, filled(1.0)))
     store(work.round, 4, where(accepted, elapsed + step, elapsed))
+    # Change the modes at an event.
     end_impacts(structure, values, now, work, closed, accepted)
     changed, jammed = switch(structure, method, values, work, step, time + step, limits, accepted)
     follow_depths(structure, values, z, accepted)
     store(work.steps, 3, where(changed, none, load(work.steps, 3)))
+    # Give up where events follow each other without end, or no step is short enough.
     long = less(CONTROL.long_step * smallest, step)
     events = load(work.steps, 2)
     events = where(where(long, accepted, none), CONTROL.remembered * events, events) + changed
@@ -260,6 +266,7 @@ def leave(structure, method, limits, values, work, n, mask, outputs, failure):
     place = where(still, none, filled(1.0))
     length = load(work.round, 1) * method.step
     set_functions(structure.functions, values, work.polynomials, place, length)
+    # Perform a round that is no step: an impulse, or new accelerations.
     if any_true(still):
         keep_state(structure, work)
         begin_sticking(structure, values, z)
@@ -279,6 +286,7 @@ def leave(structure, method, limits, values, work, n, mask, outputs, failure):
         jammed = note_failure(failure, FAILURE.jammed, maximum(jammed, switch_jams))
         store(failure, 1, where(jammed, load(values.numbers, n), load(failure, 1)))
         follow_depths(structure, values, z, still)
+    # Write the sensors' rows of the lanes that end this round.
     sensed = outputs[rounds + 1]
     rows = outputs[n]
     sense(structure, values, now, z, sensed, work.blocks)
@@ -299,6 +307,7 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
     none = filled(0.0)
     now = np.int64(0)
     begin_steps(structure, work)
+    # Set the first steps and the modes of lanes that do not go on from another motion.
     anew = less(load(work.steps, 1), filled(SHORTEST_STEP))
     for row in range(2):
         first = filled(CONTROL.first) * method.step
@@ -313,6 +322,7 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
     rounds = outputs.shape[0] - 2
     arrived = alive
     store(work.round, 0, none)
+    # Let each lane end its round and enter the next one, then step all of them.
     while True:
         while any_true(arrived):
             n = np.int64(first_true(load(work.round, 0), arrived))

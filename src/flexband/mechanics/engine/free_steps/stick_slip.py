@@ -101,6 +101,7 @@ def update_margins(structure, values, now, work, limits, step):
     gaps = rows_of_gaps(state)
     first = gaps.number - rows.frictions
     if rows.frictions > 0:
+        # Update the normal forces, sliding speeds and their rates.
         update_dependent(structure, values, now, z)
         clear(work.r, state.velocity)
         update_friction(structure, values, now, z, work.r)
@@ -109,6 +110,7 @@ def update_margins(structure, values, now, work, limits, step):
         for k in range(rows.frictions):
             _, N, _ = sums_of_line(structure, values, z, k)
             u = load(z, rows.speed + k)
+            # Set the margin of friction k.
             stick_mask = sticks(state, z, k)
             idle = where(less(none, N), none, filled(1.0))  # it may slide in any sense
             sense = where(less(u, none), filled(-1.0), filled(1.0))
@@ -137,6 +139,7 @@ def begin_to_stick(structure, values, now, work, limits, step, mask):
     r = work.r
     none = filled(0.0)
     rows = friction_rows(state)
+    # Update the normal forces and sliding speeds, and set r to the travels.
     update_dependent(structure, values, now, z)
     clear(r, state.velocity)
     update_friction(structure, values, now, z, r)
@@ -160,6 +163,7 @@ def begin_to_stick(structure, values, now, work, limits, step, mask):
         if is_in_line(structure, k):
             new = where(is_closed(structure, z, k), new, sense)
             stopped = filled(1.0)
+        # Set the anchor of what begins to stick to its travel.
         travel = load(r, state.friction + k)
         if structure.friction.switched[k]:
             rest = less(none, N)
@@ -211,11 +215,13 @@ def bring_to_rest(structure, values, now, work, mask):
     none = filled(0.0)
     rows = friction_rows(state)
     switched = structure.friction.switched
+    # Let stick for now what moves against the sense in which it begins to slide.
     for k in range(rows.frictions):
         sense = load(z, rows.mode + k)
         against = where(mask, less(sense * load(z, rows.speed + k), none), none)
         store(z, rows.speed + k, sense)
         store(z, rows.mode + k, where(against, filled(MODE.sticks), sense))
+    # Project the velocities.
     mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
     factorize(structure.pattern, work.matrix, load(work.smallest, 0), r)
     clear(r, state.velocity)
@@ -226,6 +232,7 @@ def bring_to_rest(structure, values, now, work, mask):
     solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
     refine(structure, values, work, r)
     add_rows(z, state.velocity, r, 1, state.multiplier, mask)
+    # Add up the losses of joints that become active, and restore the modes.
     for k in range(rows.frictions):
         if switched[k]:
             impulse = where(mask, load(r, state.friction + k), none)
@@ -265,6 +272,7 @@ def change_modes(structure, values, now, work, limits, step, mask):
     sliding_rates(structure, values, now, work)
     changed = none
     loosest = none
+    # Find what is loosest.
     largest = greatest(z, state.acceleration, values.inverse_scale, state.coordinates)
     rounding = STICK.still * step * largest
     for k in range(rows.frictions):
@@ -274,6 +282,7 @@ def change_modes(structure, values, now, work, limits, step, mask):
         loose = looseness(structure, values, z, k, change_of_speed, still)
         loosest = maximum(loosest, loose)
     for k in range(rows.frictions):
+        # Release the loosest one, and let stick what slides back.
         sense = load(z, rows.mode + k)
         stick_mask = sticks(state, z, k)
         force, N, _ = sums_of_line(structure, values, z, k)
@@ -338,12 +347,14 @@ def settle_modes(structure, method, values, now, work, limits, mask):
     left_out = none
     if rows.frictions == 0:
         return accelerate(structure, values, now, work, mask), none
+    # Begin with what is at rest, after the impact of what becomes active or locks.
     begin_to_stick(structure, values, now, work, limits, step, mask)
     struck = is_struck(structure, values, work, limits, step, mask)
     refused = none
     if any_true(struck):
         refused = strike_parts(structure, method, values, now, work, limits, struck, False)
         begin_to_stick(structure, values, now, work, limits, step, struck)
+    # Change the modes until they agree with the accelerations.
     begin_sticking(structure, values, work.z)
     for _ in range(1 + STICK.changes * rows.frictions):
         omissions = accelerate(structure, values, now, work, pending)
@@ -352,6 +363,7 @@ def settle_modes(structure, method, values, now, work, limits, mask):
         if not any_true(pending):
             break
     bring_to_rest(structure, values, now, work, mask)
+    # Note where none agree, or the motion is not finite.
     if not may_jam(structure):
         pending = none
     jammed = where(mask, maximum(pending, refused), none)

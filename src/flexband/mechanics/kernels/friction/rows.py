@@ -8,8 +8,8 @@ multiplier is given,
     λ = ±µ(u) N + c u,   µ(u) = µk + (µs − µk) exp(−(u/v)²),
 
 with the sign of u. The mode is held while a step is taken: `MODE.sticks`, or the sign of u, or
-`MODE.inactive`, without a force. N is a sum of lengths of vectors in the state. The derivatives of λ by
-the state are not in the matrix, which remains symmetric.
+`MODE.inactive`, without a force. N is a sum of lengths of vectors in the state. The derivatives of
+λ by the state are not in the matrix, which remains symmetric.
 
 Where N is a reaction, it is that of the projected accelerations: those of Newton's method have
 errors of a sign, whose friction would slow down what turns. So N is held while Newton's method
@@ -161,6 +161,7 @@ def update_friction(structure, values, now, z, r):
     state = structure.state
     rows = friction_rows(state)
     components = first_component(structure)
+    # Sum up the normal forces.
     for k in range(rows.frictions):
         store(z, rows.normal + k, filled(0.0))
     update_components(structure, values, now, z)
@@ -170,6 +171,7 @@ def update_friction(structure, values, now, z, r):
         x = load(z, row)
         y = load(z, row + 1)
         add_to(z, rows.normal + k, x if friction.switched[k] else sqrt(x * x + y * y))
+    # Find the sliding speeds and the forces of what slides.
     update_distances(structure, values, z)
     subtract_velocity_errors(structure, values, friction.terms, numbers.terms, now, z, r)
     for k in range(rows.frictions):
@@ -241,9 +243,11 @@ def carry_reactions(structure, values, z, mask, begins):
     count = rows.number
     first = rows.reaction
     past = rows.change
+    # Find the size that changes are relative to.
     for i in range(1, state.coordinates + 1):
         largest = maximum(largest, 1e-6 * magnitude(load(values.weight, i)))
     largest = maximum(largest, FOLLOW.reference_floor * force_of_motion(structure, values, z))
+    # Compare the changes with those before.
     squares = none
     products = none
     others = none
@@ -253,6 +257,7 @@ def carry_reactions(structure, values, z, mask, begins):
         squares = squares + last * last
         products = products + last * step
         others = others + step * step
+    # Sum up the geometric series where they are parallel.
     scale = where(less(none, squares), squares, filled(1.0))
     ratio = products / scale
     skew = others - ratio * products
@@ -268,6 +273,7 @@ def carry_reactions(structure, values, z, mask, begins):
         largest = maximum(largest, magnitude(reaction))
         store(z, first + k, where(mask, before + factor * step, before))
         store(z, past + k, where(mask, where(parallel, none, step), last))
+    # Return the change relative to the largest reaction.
     largest_so_far = load(z, rows.largest)
     store(z, rows.largest, where(mask, maximum(largest_so_far, largest), largest_so_far))
     largest = maximum(largest, 1e-6 * largest_so_far)

@@ -101,7 +101,7 @@ def subtract_acceleration_errors(structure, values, terms, coefficient, now, z, 
     functions = structure.functions
     velocity = state.velocity
     acceleration = state.acceleration
-    # Terms whose functions of time or vectors change.
+    # Products of two coordinates, and those with functions of time.
     for t in range(terms.steady):
         k = terms.k[t]
         i = terms.i[t]
@@ -119,7 +119,7 @@ def subtract_acceleration_errors(structure, values, terms, coefficient, now, z, 
         moved = load(z, acceleration + i) * zj + zi * load(z, acceleration + j)
         add_to(r, k, -c * (drift + value * moved))
         add_to(s, k, -c * (drift + value * (load(a, i) * zj + zi * load(a, j))))
-    # Terms that are linear with a constant factor.
+    # Linear terms with constant factors.
     for t in range(terms.steady, terms.polynomials):
         k = terms.k[t]
         j = terms.j[t]

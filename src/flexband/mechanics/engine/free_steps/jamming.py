@@ -80,7 +80,7 @@ def pass_through(structure, values, now, work):
     refine(structure, values, work, r)
     for k in range(joints.number):
         store(z, joints.reaction + k, load(r, state.multiplier + k))
-    # Replace these by the changes of friction that the reactions cause.
+    # Replace the changes of friction by those that the reactions cause.
     update_components(structure, values, now, z)
     for k in range(rows.frictions):
         store(x, k, none)

@@ -350,7 +350,7 @@ def add_law_tangent(  # noqa: PLR0912
         B = rows.B
         KB = B + axes * count
         step = difference(laws, state, z, s, size)
-        # Let the law set the differences for its derivatives K.
+        # Set the steps of differences, and let the law find its derivatives K.
         for j in range(axes):
             nudge = step if _moves(structure, rows, j) else filled(0.0)
             if j % AXES < 2:

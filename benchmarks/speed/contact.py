@@ -70,7 +70,7 @@ def work(clearances: np.ndarray, law: fb.contact.NormalLaw, tolerance: float) ->
         begun = begin(system, values)
         rounds = len(packed.schedule.parts)
         result = march_block(
-            system, method, integrator.tolerance, values, rounds, limits=limits, begun=begun
+            system, method, integrator.tolerance, values, rounds, limits=limits, block_start=begun
         )
         counts.append(result[3].counts.mean(axis=1))
     return np.mean(counts, axis=0)

@@ -299,22 +299,22 @@ def _basis(*modules: str) -> tuple[tuple[str, str], ...] | None:
     all other files in their folders, since overloads are not imported where they are used.
     """
     tops = modules[0].partition(".")[0], PACKAGE.name  # whose functions those of others call
-    known: dict[Path, Source] = {}
+    source_by_file: dict[Path, Source] = {}
     waiting = set(modules)
     followed = set()
     try:
         while files := {file for name in waiting if (file := _file(name))} - followed:
-            known |= sources(
+            source_by_file |= sources(
                 other for folder in {f.parent for f in files} for other in folder.glob("*.py")
             )
             followed |= files
-            names = {name for file in files for name in known[file].modules}
+            names = {name for file in files for name in source_by_file[file].modules}
             waiting = {name for name in names if name.partition(".")[0] in tops}
-        if not known or max(file.stat().st_ctime for file in known) > LOADED:
+        if not source_by_file or max(file.stat().st_ctime for file in source_by_file) > LOADED:
             return None
     except (OSError, SyntaxError, ValueError):
         return None
-    return tuple(sorted((file.name, source.hash) for file, source in known.items()))
+    return tuple(sorted((file.name, source.hash) for file, source in source_by_file.items()))
 
 
 @cache

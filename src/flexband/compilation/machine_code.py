@@ -144,12 +144,14 @@ def object_code(dispatcher: Any, arguments: tuple) -> bytes:
     passes = builder.getModulePassManager()
     passes.add_refprune_pass()
     passes.run(module, builder)
-    needed = {
+    external_symbols = {
         symbol.name
         for symbol in (*module.functions, *module.global_variables)
         if symbol.is_declaration or symbol.name.startswith("numba.dynamic.globals")
     }
-    if missing := sorted(s for s in needed - SYMBOLS if not s.startswith(("llvm.", "__svml_"))):
+    if missing := sorted(
+        s for s in external_symbols - SYMBOLS if not s.startswith(("llvm.", "__svml_"))
+    ):
         raise TypeError(f"{name} needs {', '.join(missing)}, which are not of the C library")
     return machine.emit_object(module)
 
@@ -184,6 +186,7 @@ def _add_memory(module: ir.Module) -> None:
     pointer = ir.IntType(8).as_pointer()
     malloc = ir.Function(module, ir.FunctionType(pointer, [number]), "malloc")
     free = ir.Function(module, ir.FunctionType(ir.VoidType(), [pointer]), "free")
+    # Allocate the array behind its header, at an address with the alignment.
     kind = ir.FunctionType(pointer, [number, ir.IntType(32)])
     new = ir.Function(module, kind, "NRT_MemInfo_alloc_aligned")
     builder = ir.IRBuilder(new.append_basic_block())
@@ -198,6 +201,7 @@ def _add_memory(module: ir.Module) -> None:
         for place, value in enumerate((number(1), number(0), number(0), address, size, number(0))):
             builder.store(value, builder.gep(fields, [number(place)]))
     builder.ret(memory)
+    # The other functions call this one, or what the C library has.
     any_alignment = ir.Function(module, malloc.function_type, "NRT_MemInfo_alloc")
     builder = ir.IRBuilder(any_alignment.append_basic_block())
     builder.ret(builder.call(new, [any_alignment.args[0], ir.Constant(ir.IntType(32), 16)]))

@@ -57,7 +57,7 @@ def instruction_set() -> tuple[str, str]:
         return binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten()
     has = binding.get_host_cpu_features() if SETTINGS.enable_avx else {}
     sets = INSTRUCTION_SETS.items()
-    return next(name for name, needed in sets if all(map(has.get, needed.split()))), ""
+    return next(name for name, requirements in sets if all(map(has.get, requirements.split()))), ""
 
 
 def target_machine() -> binding.TargetMachine:

@@ -68,5 +68,7 @@ def given_configuration(mechanism: Mechanism, sample: int = 0) -> Configuration:
     with without_warnings(ResolutionWarning):
         system = assemble(mechanism)
     z = np.zeros(system.structure.state.rows)
-    z[: len(system.given)] = system.given[:, min(sample, system.given.shape[1] - 1)]
+    z[: len(system.nominal_start)] = system.nominal_start[
+        :, min(sample, system.nominal_start.shape[1] - 1)
+    ]
     return Configuration(sample, z)

@@ -61,7 +61,7 @@ def end_state(system: System, batch: Batch, time: float, spectral_radius: float)
     directions = zip(_directions(system, start), _directions(system, ends), strict=True)
     for k, ((name, before, vector), (_, after, _)) in enumerate(directions):
         start_angle = nearest(before, system.model.drawn(vector))
-        change = nearest(after - before, batch.turned[:, k, 1])
+        change = nearest(after - before, batch.turn_statistics[:, k, 1])
         parts["turn", name, 0] = np.atleast_2d(start_angle + change)
     return EndState(time, spectral_radius, _meshes(system), parts)
 
@@ -164,7 +164,7 @@ def continue_from(system: System, state: EndState) -> tuple[System, ContinuedSta
     continuing = replace(
         system,
         values=values,
-        given=values.start,
+        nominal_start=values.start,
         samples=samples,
         first_time=state.time,
         mechanism=mechanism,

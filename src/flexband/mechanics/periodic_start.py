@@ -73,7 +73,13 @@ class PeriodicStart(Start):
                 over_period.springs.rest[:] = values.springs.rest
                 start_block = self._held(system, over_period, work, x * size)
                 _, failure, _, end = march_block(
-                    system, method, newton, over_period, rounds, limits=limits, begun=start_block
+                    system,
+                    method,
+                    newton,
+                    over_period,
+                    rounds,
+                    limits=limits,
+                    block_start=start_block,
                 )
                 failure[1] = 0.0
                 return end.z[rows] / size, failure

@@ -218,7 +218,7 @@ def simulate_system(
     run = partial(
         run_samples, system, integrator=integrator, start=begins, keep=keep_state, threads=threads
     )
-    batch = run(times=times, every=substeps, progress=progress)
+    batch = run(times=times, stride=substeps, progress=progress)
     # Complete samples that diverge with half the step.
     retry_samples = np.flatnonzero(
         np.isin(batch.failures[:, 0], (FAILURE.diverged, FAILURE.contradicted, FAILURE.law_failed))
@@ -227,7 +227,7 @@ def simulate_system(
     if len(retry_samples) and complete:
         halves = grid._replace(substeps=2 * substeps)
         retry_batch = run(
-            times=halves.times(), samples=retry_samples, every=halves.substeps, attempts=2
+            times=halves.times(), samples=retry_samples, stride=halves.substeps, attempts=2
         )
         _replace_samples(batch, retry_batch, retry_samples, system, halves, integrator)
     # Label the outputs.
@@ -248,9 +248,9 @@ def simulate_system(
         raise
     # Warn of what may spoil the result, and note it in the attributes.
     if not limits:
-        warn_of_large_steps(batch.turned, system, times, integrator)
+        warn_of_large_steps(batch.turn_statistics, system, times, integrator)
     warn_of_unresolved(system, batch.unresolved, times)
-    warn_of_large_strains(system, batch.strains, batch.failures[:, 0] > 0, batch.kept)
+    warn_of_large_strains(system, batch.strains, batch.failures[:, 0] > 0, batch.snapshot_times)
     if batch.impulses:
         result.attrs["impulses"] = impulses_text(system, batch.impulses)
         keep_impulses(system, batch.impulses)
@@ -286,7 +286,7 @@ def _replace_samples(
     batch.impulses[:] = kept_impulses + retry_batch.impulses
     batch.outputs[retry_samples] = retry_batch.outputs
     batch.failures[retry_samples] = retry_batch.failures
-    batch.turned[retry_samples] = retry_batch.turned
+    batch.turn_statistics[retry_samples] = retry_batch.turn_statistics
     batch.unresolved[retry_samples] = np.ceil(retry_batch.unresolved / 2)
     batch.strains.place(retry_samples, retry_batch.strains)
     if retry_batch.ends.size:

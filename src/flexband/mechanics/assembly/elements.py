@@ -37,8 +37,8 @@ class FreeTerm(NamedTuple):
 class ElementTable:
     """The elements of all cables, or of all beams without an integration rule."""
 
-    def __init__(self, free: Sequence[FreeStrainEntry] = ()):
-        self.free = free
+    def __init__(self, free_strains: Sequence[FreeStrainEntry] = ()):
+        self.free_strains = free_strains
         self.free_terms = list[FreeTerm]()
         self.groups: list[range] = []
         self.inverse_length: list[ArrayLike] = []
@@ -59,7 +59,7 @@ class ElementTable:
         count = len(numbers)
         axial = len(numbers) - len(strains)
         self.stiffness += _rows(np.stack(np.broadcast_arrays(*numbers), axis=1))
-        strains = [enumerate(entry.strains) for entry in self.free if entry.member == name]
+        strains = [enumerate(entry.strains) for entry in self.free_strains if entry.member == name]
         for e, forms in itertools.chain.from_iterable(strains):
             for row, form in enumerate(forms, start=begin + e * count + axial):
                 for (_, _, f), c in form.terms.items():
@@ -81,15 +81,21 @@ class ElementTable:
         return Elements(
             self.first(),
             self.damped(),
-            free=indices(term.row for term in self.free_terms),
+            free_strain_rows=indices(term.row for term in self.free_terms),
             f=indices(places.functions[term.f] for term in self.free_terms),
             slot=places.square(self.groups),
         )
 
     def values(self) -> ElementValues | ContinuumValues:
-        free = [term.c for term in self.free_terms]
+        free_strain_factors = [term.c for term in self.free_terms]
         at_start = [self.stiffness[term.row] for term in self.free_terms]
-        rows = (self.inverse_length, self.stiffness, self.retardation, free, at_start)
+        rows = (
+            self.inverse_length,
+            self.stiffness,
+            self.retardation,
+            free_strain_factors,
+            at_start,
+        )
         return ElementValues(*map(stack, rows))
 
     def first(self) -> np.ndarray:
@@ -99,8 +105,8 @@ class ElementTable:
     def damped(self) -> np.ndarray:
         """Return whether the material of each element is damped in any sample."""
         damped = np.array([np.any(np.asarray(t) > 0) for t in self.retardation], dtype=bool)
-        each = max(len(damped) // max(len(self.groups), 1), 1)
-        return np.array(damped.reshape(-1, each).any(axis=1))
+        per_element = max(len(damped) // max(len(self.groups), 1), 1)
+        return np.array(damped.reshape(-1, per_element).any(axis=1))
 
 
 class ContinuumTable(ElementTable):
@@ -117,9 +123,9 @@ class ContinuumTable(ElementTable):
         self.retardation += body.retardation_times[:1] * body.elements
         self.stiffness += _by_point([np.moveaxis(c, 0, -1) for c in body.stiffness()])
         rows = [] if body.straight else _by_point(body.initial_strains(POSITIONS))
-        each = len(rows) // body.elements
+        per_element = len(rows) // body.elements
         begin = len(self.initial)
-        self.initial_row += [begin + each * e if rows else -1 for e in range(body.elements)]
+        self.initial_row += [begin + per_element * e if rows else -1 for e in range(body.elements)]
         self.initial += rows
 
     def structure(self, places: Places) -> Continua:

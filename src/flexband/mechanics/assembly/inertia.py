@@ -56,8 +56,8 @@ class Inertia:
         axes = [node[:, 0] for nodes in self._model.axes.values() for node in nodes]
         extents = (np.ptp(stack([start[row] for row in rows]), axis=0) for rows in places.T)
         masses = [mass[n, n] for n in places[:, 0]]
-        least = self._options.massless * sum(masses)
-        massive = [np.where(m > least, m, np.inf) for m in masses]
+        min_mass = self._options.massless * sum(masses)
+        massive = [np.where(m > min_mass, m, np.inf) for m in masses]
         none = np.zeros(())
         inertia = [sum((mass.get((n, n), none) for n in rows), none) for rows in axes]
         gyration = [np.sqrt(j / m) for j, m in zip(inertia, massive, strict=True)]
@@ -79,23 +79,23 @@ class Inertia:
     def _regular(self) -> MassEntries:
         options, (inertia, total) = self._options, self._of_rows(self._mass)
         none = {i: m <= options.massless * total for i, m in inertia.items()}
-        least = np.minimum.reduce([np.where(none[i], total, m) for i, m in inertia.items()])
-        least = np.maximum(options.regular * least, options.min_regular * total)
+        smallest_mass = np.minimum.reduce([np.where(none[i], total, m) for i, m in inertia.items()])
+        smallest_mass = np.maximum(options.regular * smallest_mass, options.min_regular * total)
         regular = dict(self._mass)
         for i in self._rigid_rows:
             if none[i].any():
-                instead = least * np.square(self.inverse_scale[i])
+                instead = smallest_mass * np.square(self.inverse_scale[i])
                 regular[i, i] = np.where(none[i], instead, self._mass[i, i])
         return regular
 
     def sharing_mass(self) -> MassEntries:
         """Return the regular mass matrix with larger masses and inertias of light rigid bodies."""
         inertia, total = self._of_rows(self.regular_mass)
-        least = self._options.min_sharing * total
+        min_mass = self._options.min_sharing * total
         heavier = dict(self.regular_mass)
         for i in self._rigid_rows:
-            if np.any(inertia[i] < least):
-                instead = least * np.square(self.inverse_scale[i])
+            if np.any(inertia[i] < min_mass):
+                instead = min_mass * np.square(self.inverse_scale[i])
                 heavier[i, i] = np.maximum(self.regular_mass[i, i], instead)
         return heavier
 
@@ -105,7 +105,7 @@ class Inertia:
         mass = self.regular_mass
         nodes = self._model.places[:, 0]
         rigid = [name for name, body in model.bodies.items() if body.rigid]
-        turned = {row for name in rigid for row in model.node_vectors[name][:, 1:].flat}
+        axis_rows = {row for name in rigid for row in model.node_vectors[name][:, 1:].flat}
         masses = sum(mass[n, n] for n in nodes)
         inertia = self._options.turning * masses / np.square(self.inverse_scale[nodes[0]])
-        return [m + inertia if i == j and i in turned else m for (i, j), m in mass.items()]
+        return [m + inertia if i == j and i in axis_rows else m for (i, j), m in mass.items()]

@@ -46,7 +46,7 @@ class Packed:
         values = values._replace(friction=values.friction._replace(terms=travels))
         for kind in ("beams", "cables"):  # and these with the temperature
             members = values.beams if kind == "beams" else values.cables
-            if len(members.free):
+            if len(members.free_strain_factors):
                 members = members._replace(stiffness=_writable(members.stiffness))
                 values = values._replace(**{kind: members})
         if not len(values.polynomials):
@@ -108,8 +108,8 @@ def check_memory(
     outputs = len(system.outputs)
     tables = (3 + COEFFICIENTS * polynomials) * (1 + len(system.functions))
     lanes = WIDTH * min(threads, -(-samples // WIDTH))
-    several = any(np.size(evaluate_function(f, 0.0)) > 1 for f in system.functions)
-    tabulated = tables * ((samples + lanes) if several else 1 + WIDTH)
+    per_sample = any(np.size(evaluate_function(f, 0.0)) > 1 for f in system.functions)
+    tabulated = tables * ((samples + lanes) if per_sample else 1 + WIDTH)
     per_time = samples * outputs / substeps + lanes * (system.sensed + outputs) + tabulated
     check_affordable(
         f"{number_of(samples, 'sample')} of {number_of(outputs, 'output')} at "

@@ -33,7 +33,7 @@ class Elements(NamedTuple):
 
     first: np.ndarray  # of the element's coordinates
     damped: np.ndarray  # whether its material is
-    free: np.ndarray  # rows of the stiffness where free strains are that change in time
+    free_strain_rows: np.ndarray  # rows of the stiffness where free strains are that change in time
     f: np.ndarray  # functions of time of these strains
     slot: np.ndarray  # (elements, coordinates, coordinates)
 
@@ -188,7 +188,7 @@ class ElementValues(NamedTuple):
     inverse_length: np.ndarray
     stiffness: np.ndarray  # rows of an element: upper triangles, then its strains at the start
     retardation: np.ndarray  # of a Kelvin–Voigt solid, and of its bending [s]
-    free: np.ndarray  # coefficients of free strains
+    free_strain_factors: np.ndarray  # coefficients of free strains
     at_start: np.ndarray  # strains at the start in the same rows
 
 
@@ -281,7 +281,7 @@ class WorkSpace(NamedTuple):
     t: np.ndarray  # as r, for `refine`
     rate: np.ndarray  # of convergence of Newton's method, one row
     smallest: np.ndarray  # pivot of a multiplier that is not left out, see `projection`, one row
-    turned: np.ndarray  # of the angle φ of what turns in a step Σ φ⁴, Σ φ, its max, −min
+    turn_statistics: np.ndarray  # of the angle φ of what turns in a step Σ φ⁴, Σ φ, its max, −min
     before: np.ndarray  # z and a before a step
     reached: np.ndarray  # number of the last step, one row
     unresolved: np.ndarray  # number of the first time without reliable reactions or 0, one row
@@ -292,7 +292,7 @@ class WorkSpace(NamedTuple):
     counts: np.ndarray  # of free steps, and of a block's Newton iterations and matrices; and the
     # coordinate that the last step followed, 0 for the depth of a contact: four rows
     forms: np.ndarray  # those of extremes
-    kept: np.ndarray  # [1, q] at `KEPT` times of a run, one after the other, see `straining`
+    snapshots: np.ndarray  # [1, q] at `KEPT` times of a run, one after the other, see `straining`
 
     @staticmethod
     def from_structure(structure: Structure) -> WorkSpace:

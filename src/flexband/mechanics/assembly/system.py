@@ -64,7 +64,7 @@ class System:
     # of its load
     laws: Sequence[tuple[str, CompiledLaw]]
     mechanism: Mechanism  # what the arrays are of
-    given: np.ndarray  # the start [1, q] that the bodies state, shape (rows, samples or 1)
+    nominal_start: np.ndarray  # the start [1, q] that the bodies state, shape (rows, samples or 1)
     first_time: float = 0.0
     """Of a motion [s]."""
     # number -> load and reason, as the engine finds them, and new numbers
@@ -101,15 +101,21 @@ def assemble(mechanism: Mechanism) -> System:
     state = model.state.with_extremes(len(model.watched))
     mass = model.mass
     velocity: list[ArrayLike] = [0.0]
-    free = [strain for entries in model.entries.values() for strain in entries.strains]
+    # Take the elements of all flexible bodies.
+    free_strains = [strain for entries in model.entries.values() for strain in entries.strains]
     continua = ContinuumTable()
-    elements = {"beams": ElementTable(free), "continua": continua, "cables": ElementTable(free)}
+    elements = {
+        "beams": ElementTable(free_strains),
+        "continua": continua,
+        "cables": ElementTable(free_strains),
+    }
     for name, body in model.bodies.items():
         velocity += name_errors(f"body {name!r}", body.velocities)
         if name in model.members:
             member, first = model.member(name)
             name_errors(f"body {name!r}", elements[member.element_table].take, name, member, first)
 
+    # Collect the tables of numbers and indices.
     inertia = Inertia(model)
     outputs, units, sensors, conditions, sensor_rows = _sensors(model)
     watched = model.watched
@@ -129,20 +135,22 @@ def assemble(mechanism: Mechanism) -> System:
         "sensors": ProductTable(sensor_rows),
         "extremes": ExtremeTable([w.form for w in watched], [w.kind for w in watched]),
     }
-    used = chain.from_iterable(table.functions for table in tables.values())
-    functions = [f for f in dict.fromkeys(used) if f is not None]
+    # Find the functions of time, and the pattern of the matrix.
+    all_functions = chain.from_iterable(table.functions for table in tables.values())
+    functions = [f for f in dict.fromkeys(all_functions) if f is not None]
     owners = [owner for owner, _ in model.constraints]
     couples = set(chain.from_iterable(table.couples() for table in tables.values()))
     angle = state.angle
-    among = [(i, j) for i, j in couples if 0 < i < angle and 0 < j < angle]
+    matrix_entries = [(i, j) for i, j in couples if 0 < i < angle and 0 < j < angle]
     frictions = [f"friction {k}" for k in range(len(model.frictions))]
     bodies = [name for name, body in model.bodies.items() for _ in range(body.size)]
     pairs = [*_pairs(bodies, 1), *_pairs([*owners, *frictions], state.multiplier)]
-    pattern, slots = analyse(pairs, state.coordinates, among)
+    pattern, slots = analyse(pairs, state.coordinates, matrix_entries)
     numbers = {None: 0} | {f: k + 1 for k, f in enumerate(functions)}
     places = Places(state, numbers, slots, nowhere=pattern.rows - 1)
     pivots = [places.slot(k, k) for k in range(state.friction, state.angle)]  # of what slides
     pattern = pattern._replace(filled_up=indices([*pattern.filled_up, *pivots]))
+    # Fill in the structure and the values.
     forms = [*sensor_rows, *(form for form, *_ in watched)]
     read = {i for row in forms for key in row.terms for i in key[:2]}
     structure = Structure(
@@ -169,6 +177,7 @@ def assemble(mechanism: Mechanism) -> System:
         **dict.fromkeys(of_runs, np.empty((0, 1))),
         **{name: table.values() for name, table in tables.items()},
     )
+    # Check what functions return, and count the samples.
     driven = [np.atleast_1d(evaluate_function(f, 0.0)) for f in functions]
     for f, value in zip(functions, driven, strict=True):
         if value.ndim > 1:

@@ -56,7 +56,7 @@ class VectorTable:
         self.vectors = [entries_of(vector) for vector in vectors]
         self.groups = [[row for row, _ in entries] for entries in self.vectors]
         self.components = max(map(len, vectors), default=2)
-        self.turned = self.groups[:angles]
+        self.angle_groups = self.groups[:angles]
         self.multipliers = multipliers
         self.lengths = lengths
         self.direction = direction
@@ -64,12 +64,12 @@ class VectorTable:
         self.turning = turning
 
     def couples(self) -> Couples:
-        yield from pairs_of(self.turned)
-        for k, group in zip(self.multipliers, self.turned, strict=False):
+        yield from pairs_of(self.angle_groups)
+        for k, group in zip(self.multipliers, self.angle_groups, strict=False):
             yield from ((k, i) for i in group)
 
     def structure(self, places: Places) -> Vectors:
-        groups = self.turned[: len(self.multipliers)]
+        groups = self.angle_groups[: len(self.multipliers)]
         multiplier_slot = np.full((len(groups), max(map(len, groups), default=0)), places.nowhere)
         for row, k, group in zip(multiplier_slot, self.multipliers, groups, strict=True):
             row[: len(group)] = [places.slot(k, i) for i in group]
@@ -84,12 +84,12 @@ class VectorTable:
             ),
             spatial=int(self.components > 2),
             length=np.array(
-                [*self.lengths, *[False] * (len(self.turned) - len(groups))], dtype=bool
+                [*self.lengths, *[False] * (len(self.angle_groups) - len(groups))], dtype=bool
             ),
             direction=self.direction,
             sensor_angle=self.sensor_angle,
             turning=self.turning,
-            slot=places.square(self.turned),
+            slot=places.square(self.angle_groups),
             multiplier_slot=multiplier_slot,
         )
 
@@ -218,15 +218,15 @@ class LawTable:
 
     def starting_states(self) -> np.ndarray:
         """Return the states at the start, `MARK.steady` where their rates vanish."""
-        given = [value for law in self.laws for value in law.states.values()]
-        return stack([MARK.steady if isinstance(value, str) else value for value in given])
+        state_values = [value for law in self.laws for value in law.states.values()]
+        return stack([MARK.steady if isinstance(value, str) else value for value in state_values])
 
 
 def _memory(law: LawEntry, group: Sequence[int]) -> int:
     """Return how many rows of memory a law needs, see `kernels.laws.forces`."""
     axes = AXES * len(law.points)
-    given = 1 + len(law.parameters) + 4 * len(law.states) + GAP_MEMORY * len(law.events)
-    return given + 1 + axes * (5 + axes + 2 * len(group))
+    input_rows = 1 + len(law.parameters) + 4 * len(law.states) + GAP_MEMORY * len(law.events)
+    return input_rows + 1 + axes * (5 + axes + 2 * len(group))
 
 
 def time(t: float) -> float:

@@ -81,10 +81,10 @@ class Batch(NamedTuple):
     failures: np.ndarray  # (samples, 4), see `entries`
     starts: dict[int, np.ndarray]  # sample with redundant constraints -> its z at the start
     corrections: Corrections  # of the given start
-    turned: np.ndarray  # (samples, bodies, 4), see `Work`
+    turn_statistics: np.ndarray  # (samples, bodies, 4), see `WorkSpace`
     unresolved: np.ndarray  # (samples,), number of the first time, see `WorkSpace`, or 0
     strains: LargestStrains
-    kept: np.ndarray  # times [s] of the states whose strains these are
+    snapshot_times: np.ndarray  # [s], of the states whose strains these are
     impulses: list[Impulse]
     # z, a, springs' elongations at rest, `WorkSpace.steps`, q̈ anew, q at the start; or no rows
     ends: np.ndarray
@@ -105,7 +105,7 @@ def run_samples(
     *,
     samples: np.ndarray | None = None,
     start: Start = Start(),
-    every: int = 1,
+    stride: int = 1,
     attempts: int = 1,
     keep: bool = False,
     threads: int = 1,
@@ -113,75 +113,85 @@ def run_samples(
 ) -> Batch:
     """Run all samples of a system, or those with these numbers, over equidistant times [s].
 
-    The outputs are those of `every` such time. If two `attempts` are made at each step, the second
-    one damps Newton's method, and leaves out no constraint that is independent of the others.
-    The ends of the motions are part of the result if it is to `keep` them.
+    The outputs are those of every `stride`-th time. If two `attempts` are made at each step, the
+    second one damps Newton's method, and leaves out no constraint that is independent of the
+    others. The ends of the motions are part of the result if it is to `keep` them.
     """
     limits = integrator.step_limits(system.structure.state, times[1] - times[0])
     packed, at_end = (
         pack(system, times, samples, limits and limits.tolerance),
         pack_end(system, times, samples) if keep else None,
     )
-    chosen = np.arange(system.samples) if samples is None else samples
-    begin_block = start.of_blocks(Run(system, times, integrator, chosen))
+    sample_numbers = np.arange(system.samples) if samples is None else samples
+    begin_block = start.of_blocks(Run(system, times, integrator, sample_numbers))
     schedule, rounds = packed.schedule, len(packed.schedule.parts)
     method = integrator.coefficients(times[1] - times[0])._replace(
         attempts=attempts, matrices=most_matrices(system) if limits else 1000
     )
     run_block = partial(march_block, system, method, float(integrator.tolerance), limits=limits)
-    outputs = np.empty((len(chosen), len(system.outputs), len(times[::every])))
+    # Allocate the results of all samples; blocks fill in their own.
+    outputs = np.empty((len(sample_numbers), len(system.outputs), len(times[::stride])))
     failures, firsts = (
-        np.zeros((len(chosen), 4)), np.empty((system.structure.state.rows, len(chosen)))
-    )  # fmt: skip
+        np.zeros((len(sample_numbers), 4)),
+        np.empty((system.structure.state.rows, len(sample_numbers))),
+    )
     starts, impulses = dict[int, np.ndarray](), list[Impulse]()
-    blocks = -(-len(chosen) // WIDTH)
-    turned, unresolved = np.zeros((len(chosen), len(system.turning), 4)), np.zeros(len(chosen))
+    blocks = -(-len(sample_numbers) // WIDTH)
+    turn_statistics, unresolved = (
+        np.zeros((len(sample_numbers), len(system.turning), 4)),
+        np.zeros(len(sample_numbers)),
+    )
     members = Members(system)
-    strains = LargestStrains.zeros(len(members.bodies), len(chosen))
+    strains = LargestStrains.zeros(len(members.bodies), len(sample_numbers))
     ends = [np.empty((0, 0))] * blocks
     under_way = BlocksUnderWay(system, blocks, rounds - 1)
 
     def simulate(block: int) -> int:
         places = slice(block * WIDTH, (block + 1) * WIDTH)
-        numbers = chosen[places]
+        numbers = sample_numbers[places]
         values = packed(block)
-        begun = begin_block(block, values)
-        under_way.works[block] = begun.work
-        first_q = begun.work.z[: system.structure.state.multiplier].copy()
-        series, failure, first, work = run_block(values, rounds, begun=begun[:2])
+        block_start = begin_block(block, values)
+        under_way.works[block] = block_start.work
+        first_q = block_start.work.z[: system.structure.state.multiplier].copy()
+        series, failure, first, work = run_block(values, rounds, block_start=block_start[:2])
         lost = (failure[0] > 0) & (failure[1] == 0)
         require_inertia(system, values, np.where(lost, np.nan, first)[:, : len(numbers)], numbers)
         if at_end:
             ends[block] = end_of(system, values, at_end(block), work, first_q)[:, : len(numbers)]
+        # Lanes may have rounds of their own: select those of the times of the result.
         with np.errstate(all="ignore" if failure[0].any() else None):
             derived = derive(system, series.transpose(1, 0, 2))
-        lanes = np.minimum(np.arange(places.start, places.stop), len(chosen) - 1)
+        lanes = np.minimum(np.arange(places.start, places.stop), len(sample_numbers) - 1)
         conditions = series[:, system.sensed - len(system.conditions) :]
         if not schedule.is_regular:
             impulses.extend(_impulses(schedule, lanes[: len(numbers)], numbers, derived))
             last, lane = schedule.lanes(schedule.last, lanes), np.arange(WIDTH)
             derived = derived[:, last, lane]
             conditions = conditions[last, :, lane].transpose(0, 2, 1)
-        outputs[places] = derived[:, ::every].transpose(2, 0, 1)[: len(numbers)]
+        # Fill in the results of the block, without the lanes that have no sample.
+        outputs[places] = derived[:, ::stride].transpose(2, 0, 1)[: len(numbers)]
         failures[places] = _with_branches(conditions, failure).T[: len(numbers)]
-        turned[places] = work.turned.T[: len(numbers)].reshape(len(numbers), *turned.shape[1:])
+        turn_statistics[places] = work.turn_statistics.T[: len(numbers)].reshape(
+            len(numbers), *turn_statistics.shape[1:]
+        )
         unresolved[places] = work.unresolved[0, : len(numbers)]
-        states = work.kept.reshape(KEPT, -1, WIDTH)[:, :, : len(numbers)]
+        states = work.snapshots.reshape(KEPT, -1, WIDTH)[:, :, : len(numbers)]
         strains.place(places, members.largest(states, numbers))
-        firsts[:, places] = begun.assembled[:, : len(numbers)]
+        firsts[:, places] = block_start.assembled[:, : len(numbers)]
         if failure[3, : len(numbers)].any():
             starts[int(numbers[0])] = first[:, 0].copy()
         return len(numbers)
 
+    # Compile before the threads begin, and run all blocks.
     if not (free_dynamics if limits else dynamics).codes:
         while_compiling(lambda: run_block(packed(0), 1))
-    under_way.run(simulate, len(chosen), threads, progress)
+    under_way.run(simulate, len(sample_numbers), threads, progress)
     return Batch(
         outputs,
         failures,
         starts,
-        corrections(system, firsts, chosen),
-        turned,
+        corrections(system, firsts, sample_numbers),
+        turn_statistics,
         unresolved,
         strains,
         times[schedule.numbers[kept_steps(rounds - 1), 0]],
@@ -211,41 +221,43 @@ def march_block(
     values: Values,
     rounds: int,
     limits: StepLimits | None = None,
-    begun: tuple[WorkSpace, np.ndarray] | None = None,
+    block_start: tuple[WorkSpace, np.ndarray] | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, WorkSpace]:
-    """Run one block from the guess, or as it has `begun`; with `limits` its lanes choose steps.
+    """Run one block from the guess, or from `block_start`; with `limits` its lanes choose steps.
 
     Returns rows (rounds, rows, WIDTH), failures (4, WIDTH), the first z, and the work space. The
     conditions of the joints follow the rows of the sensors.
     """
     series = np.zeros((rounds + (limits is not None), system.sensed, WIDTH))
-    work, failure = begun or begin(system, values)
+    work, failure = block_start or begin(system, values)
     first = work.z.copy()
     run(MARCH, system, values, work, series, failure, method, tolerance, limits)
     return series[:rounds], failure, first, work
 
 
 def begin(
-    system: System, values: Values, held: np.ndarray | None = None
+    system: System, values: Values, last_z: np.ndarray | None = None
 ) -> tuple[WorkSpace, np.ndarray]:
     """Return the state of a block at time zero, and its failures (4, WIDTH).
 
     Flexible members start unbent where loops close so. What fails is tried again from where loops
-    are as near to closing as they get so. Or else the block goes on from the state `held`, z.
+    are as near to closing as they get so. Or else the block goes on from the state `last_z`.
     """
-    guess = guess_state(system, values) if held is None else held
-    start = partial(_start_block, system, values, going_on=held is not None)
+    guess = guess_state(system, values) if last_z is None else last_z
+    start = partial(_start_block, system, values, going_on=last_z is not None)
     massless = (values.mass != values.regular_mass).any(axis=0)
     pivots = np.where(massless, PROJECTION.massless_pivot, PROJECTION.min_pivot)
     members = any(len(body.nodes) > 1 for body in system.model.bodies.values())
-    if held is None and members:
-        near, misfit = close_loops(system, values)
+    if last_z is None and members:
+        rigid_guess, misfit = close_loops(system, values)
         guess = np.where(
-            np.abs(misfit).max(axis=0, initial=0.0) < ASSEMBLY.constraint_tolerance, near, guess
+            np.abs(misfit).max(axis=0, initial=0.0) < ASSEMBLY.constraint_tolerance,
+            rigid_guess,
+            guess,
         )
     work, failure = start(guess, pivots)
     failed = failure[0] > 0
-    if held is None and failed.any():
+    if last_z is None and failed.any():
         before = failure
         guess = np.where(failed, close_loops(system, values)[0], guess)
         work, failure = start(guess, pivots)
@@ -318,10 +330,10 @@ def hold(
     failure = np.zeros((4, WIDTH))
     work.z[1 : state.multiplier] = z[1 : state.multiplier]
     work.z[state.gap : state.extreme] = 0.0
-    given = _lanes(values.law_states)
+    law_states = _lanes(values.law_states)
     laws = int(system.structure.laws.state_start[-1])
-    given[:laws] = z[state.law_state : state.law_state + laws]
-    values = values._replace(law_states=given)
+    law_states[:laws] = z[state.law_state : state.law_state + laws]
+    values = values._replace(law_states=law_states)
     if velocities:
         values = values._replace(velocity=_lanes(z[state.velocity : state.acceleration]))
     run(HOLD, system, values, work, failure=failure, number=0.0 if velocities else 1.0)

@@ -53,32 +53,38 @@ def corrections(
     velocity = system.structure.state.velocity
     q = z[:velocity]
     v = z[velocity:]
-    given = of_samples(system.given, samples)
-    given_v = of_samples(system.values.velocity, samples)
+    nominal_q = of_samples(system.nominal_start, samples)
+    nominal_v = of_samples(system.values.velocity, samples)
     model = system.model
     shape = len(model.bodies), len(samples)
     turns, moves, rates, speeds = (np.zeros(shape) for _ in range(4))
-    free = {entry.member for entries in model.entries.values() for entry in entries.strains}
+    free_strain_members = {
+        entry.member for entries in model.entries.values() for entry in entries.strains
+    }
+    # Compare the places, turns and velocities of each body.
     for b, (name, vectors) in enumerate(model.node_vectors.items()):
         places = vectors[:, 0]
         axes = model.axes[name]
-        moves[b] = _length(q[places] - given[places]).max(axis=0)
+        moves[b] = _length(q[places] - nominal_q[places]).max(axis=0)
         first = places[0]
-        change = _length((v[first] - given_v[first])[None])[0]
-        speeds[b] = _relative(change, _length(given_v[first][None])[0])
+        change = _length((v[first] - nominal_v[first])[None])[0]
+        speeds[b] = _relative(change, _length(nominal_v[first][None])[0])
         if axes.size:
-            turns[b] = np.max([turn_between(given[node], q[node]) for node in axes], axis=0)
-            rate = spin(given[axes[0]], given_v[axes[0]])
+            turns[b] = np.max([turn_between(nominal_q[node], q[node]) for node in axes], axis=0)
+            rate = spin(nominal_q[axes[0]], nominal_v[axes[0]])
             now = spin(q[axes[0]], v[axes[0]])
             rates[b] = _relative(np.linalg.norm(now - rate, axis=0), np.linalg.norm(rate, axis=0))
-        if name in free:
+        if name in free_strain_members:
             turns[b] = moves[b] = 0.0
     changes = Corrections(turns, moves, rates, speeds, np.zeros(len(samples), dtype=bool))
-    turned = np.flatnonzero(turns.max(axis=0) > branch_turn)
-    if len(turned):
-        guess = np.zeros((len(z), len(turned)))
-        guess[: len(given)] = of_samples(system.values.start, samples[turned])
-        changes.reversed[turned] = _passes_singularity(system, guess, z[:, turned], samples[turned])
+    # Examine the samples whose bodies turn far for another branch.
+    candidates = np.flatnonzero(turns.max(axis=0) > branch_turn)
+    if len(candidates):
+        guess = np.zeros((len(z), len(candidates)))
+        guess[: len(nominal_q)] = of_samples(system.values.start, samples[candidates])
+        changes.reversed[candidates] = _passes_singularity(
+            system, guess, z[:, candidates], samples[candidates]
+        )
     return changes
 
 
@@ -96,6 +102,7 @@ def report(
         where = f" (sample {sample})" if system.samples > 1 else ""
         return float(change[b, sample]), f"body {names[b]!r}", where
 
+    # Report the largest turn and move of a body.
     turn, body, where = largest(changes.turns)
     if turn > limits.min_turn:
         attributes["largest_turn"] = turn
@@ -107,6 +114,7 @@ def report(
     if move > limits.min_move * size:
         attributes["largest_move"] = move
         sentences.append(f"assembly moved {body} by {move:.3g} m from its given place{where}")
+    # Report changes of the velocities.
     for change, quantity in ((changes.rates, "rate"), (changes.speeds, "velocity")):
         part, body, where = largest(change)
         if part > limits.min_rate:
@@ -115,6 +123,7 @@ def report(
             if part > limits.large_rate:
                 text = sentences[-1] + "; give all bodies velocities that joints and drives allow"
                 warn(text, remarks=_change_remarks(change, limits.large_rate, text))
+    # Warn of loops that are closed in another branch.
     if changes.reversed.any():
         where = f" (sample {np.argmax(changes.reversed)})" if system.samples > 1 else ""
         text = "a loop closed in another branch than that of the given angles"
@@ -132,12 +141,12 @@ def report(
     return attributes
 
 
-def _change_remarks(change: np.ndarray, most: float, text: str) -> list[Remark]:
+def _change_remarks(change: np.ndarray, limit: float, text: str) -> list[Remark]:
     """Return remarks on the samples with a change, (bodies, samples), above what is allowed."""
     largest = change.max(axis=0)
     return [
         Remark(RemarkKind.CHANGED_START, text, size=float(largest[k]), sample=int(k))
-        for k in np.flatnonzero(largest > most)
+        for k in np.flatnonzero(largest > limit)
     ]
 
 
@@ -146,8 +155,8 @@ def _length(vectors: np.ndarray) -> np.ndarray:
     return reduce(np.hypot, np.moveaxis(vectors, 1, 0))
 
 
-def _relative(change: np.ndarray, given: np.ndarray) -> np.ndarray:
-    return np.divide(change, given, out=np.zeros_like(change), where=given > 0)
+def _relative(change: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    return np.divide(change, reference, out=np.zeros_like(change), where=reference > 0)
 
 
 def _passes_singularity(

@@ -65,18 +65,22 @@ def raise_failures(
     step = float(times[1] - times[0]) if len(times) > 1 else 0.0
     tried = f"steps of {step:g} s" + (f" and of {step / 2:g} s" if halved else "")
     drives = " and ".join(dict.fromkeys(system.constraints[k] for k in driven))
+    # Find the reason of each failure.
     for sample in failed:
         numbers = code[sample], int(row[sample]), float(part[sample])
         reason = _reason(system, *numbers, tried, drives)
         causes[int(sample)] = (float(times[int(number[sample])]), reason)
     lines = [f"{len(causes)} of {number_of(len(failures), 'run')} failed", *_causes(causes)]
+    # Say what may help.
     short = np.isin(code[failed], (FAILURE.diverged, FAILURE.too_small)).any()
     fold = fold_advice(system, folds, failed) if folds and short else ""
     if fold or FAILURE.diverged in code[failed]:
         lines.append(fold or SHORTER)
-    apart = np.flatnonzero(np.isin(code, (FAILURE.not_assembled, FAILURE.singular_start)))
-    if len(apart) and not np.any(number[apart]):
-        lines.append(_advice(system, int(apart[0])))
+    assembly_failures = np.flatnonzero(
+        np.isin(code, (FAILURE.not_assembled, FAILURE.singular_start))
+    )
+    if len(assembly_failures) and not np.any(number[assembly_failures]):
+        lines.append(_advice(system, int(assembly_failures[0])))
     text = "\n".join(lines)
     if np.any(number[failed] == 0):
         raise AssemblyError(text, causes)
@@ -85,9 +89,11 @@ def raise_failures(
 
 def _reason(system: System, code: float, row: int, part: float, tried: str, drives: str) -> str:
     """Return why a sample failed, from its code and the numbers beside it, see `entries`."""
-    named = {FAILURE.wrong_branch: system.conditions, FAILURE.law_failed: system.law_failures}
+    row_names = {FAILURE.wrong_branch: system.conditions, FAILURE.law_failed: system.law_failures}
     where = (
-        named.get(code, system.constraints)[row] if row >= 0 and code != FAILURE.overlapping else ""
+        row_names.get(code, system.constraints)[row]
+        if row >= 0 and code != FAILURE.overlapping
+        else ""
     )
     return {
         FAILURE.not_assembled: lambda: "the constraints cannot be met",
@@ -183,16 +189,16 @@ def _unsettled_reason(system: System) -> str:
     return "; or ".join(reasons)
 
 
-def _causes(found: dict[int, tuple[float, str]]) -> list[str]:
+def _causes(causes: dict[int, tuple[float, str]]) -> list[str]:
     """Return each of the first five causes as a line, with the samples that it made fail."""
     samples: dict[str, list[int]] = {}
-    for sample, (time, reason) in found.items():
+    for sample, (time, reason) in causes.items():
         samples.setdefault(f"t = {time:g} s: {reason}", []).append(sample)
     lines = []
     for cause, group in list(samples.items())[:MAX_SHOWN]:
-        more = f" and {len(group) - MAX_SHOWN} more" if len(group) > MAX_SHOWN else ""
+        remainder = f" and {len(group) - MAX_SHOWN} more" if len(group) > MAX_SHOWN else ""
         numbers = ", ".join(map(str, group[:MAX_SHOWN]))
-        lines.append(f"{'sample' if len(group) == 1 else 'samples'} {numbers}{more}, {cause}")
+        lines.append(f"{'sample' if len(group) == 1 else 'samples'} {numbers}{remainder}, {cause}")
     if len(samples) > MAX_SHOWN:
         lines.append(f"... and {len(samples) - MAX_SHOWN} more")
     return lines
@@ -205,8 +211,10 @@ def _advice(system: System, sample: int) -> str:
     if not open_by:
         return f"`fb.draw(mechanism, sample={sample})` shows the guess"
     worst = max(open_by, key=lambda name: open_by[name])
-    near = [name for name in open_by if open_by[name] > open_by[worst] / 10]
-    points = [point for name in near for point in joints[name].points if isinstance(point, str)]
+    open_joints = [name for name in open_by if open_by[name] > open_by[worst] / 10]
+    points = [
+        point for name in open_joints for point in joints[name].points if isinstance(point, str)
+    ]
     bodies = ", ".join(dict.fromkeys(repr(point.partition(".")[0]) for point in points))
     others = f", all joints together by {sum(open_by.values()):.3g} m" if len(open_by) > 1 else ""
     return (
@@ -269,8 +277,8 @@ def blame_overlaps(
     refused = ~np.array([law.closed_at_start for law in laws])[:, None]
     allowed = touch * sizes
     if before is not None:
-        known = moved * sizes + np.maximum(-before[state.gap :][: len(kinds)][contact], 0.0)
-        allowed = np.where(np.abs(modes) == MARK.at_rest, allowed, known)
+        depth_limit = moved * sizes + np.maximum(-before[state.gap :][: len(kinds)][contact], 0.0)
+        allowed = np.where(np.abs(modes) == MARK.at_rest, allowed, depth_limit)
     depths = np.where(refused & (depths > allowed), depths, 0.0)
     depth = depths.max(axis=0)
     code = np.full(WIDTH, FAILURE.overlapping)

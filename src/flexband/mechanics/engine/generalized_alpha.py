@@ -228,16 +228,18 @@ def predict(structure, method, values, z, a):
     acceleration = state.acceleration
     for i in range(1, state.coordinates + 1):
         old = load(a, i)
-        kept = load(z, acceleration + i)
-        new = (kept - alpha_m * old) / (1.0 - alpha_m)
+        second_derivative = load(z, acceleration + i)
+        new = (second_derivative - alpha_m * old) / (1.0 - alpha_m)
         v = load(z, velocity + i)
         fall = h * h * ((0.5 - beta) * old + beta * new)
         small = less(magnitude(fall) * load(values.inverse_scale, i), filled(NEWTON.max_fall))
         new = where(small, new, (1.0 - 0.5 / beta) * old)
-        changed = ((1.0 - alpha_m) * new + alpha_m * old - alpha_f * kept) / (1.0 - alpha_f)
+        changed = ((1.0 - alpha_m) * new + alpha_m * old - alpha_f * second_derivative) / (
+            1.0 - alpha_f
+        )
         store(z, i, load(z, i) + h * v + where(small, fall, filled(0.0)))
         store(z, velocity + i, v + h * ((1.0 - gamma) * old + gamma * new))
-        store(z, acceleration + i, where(small, kept, changed))
+        store(z, acceleration + i, where(small, second_derivative, changed))
         store(a, i, new)
 
 
@@ -301,14 +303,15 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
     active, pending, solved, redundant, previous, moved = alive, alive, none, none, none, none
     lost = none
     matrices, age, first = 0, 0, True  # age: iterations since the last factorization
-    rough = structure.state.angle > structure.state.friction
-    iterations = NEWTON.rough_iterations if rough else NEWTON.iterations
-    most = 1 if damped else iterations
-    allowed = NEWTON.rough_matrices if rough else NEWTON.factorizations
-    for _ in range(NEWTON.damped_iterations if damped else allowed * most):
+    has_friction = structure.state.angle > structure.state.friction
+    iterations = NEWTON.rough_iterations if has_friction else NEWTON.iterations
+    max_iterations = 1 if damped else iterations
+    allowed = NEWTON.rough_matrices if has_friction else NEWTON.factorizations
+    for _ in range(NEWTON.damped_iterations if damped else allowed * max_iterations):
         residual(structure, values, now, z, r, work.blocks)
         to_right_side(structure, r, method.dq_da)
         store(work.counts, 1, load(work.counts, 1) + 1.0)
+        # Factor a new matrix, or use the last one.
         if age == 0:
             store(work.counts, 2, load(work.counts, 2) + 1.0)
             tangent(structure, values, now, z, weight, velocity_part, matrix, work.blocks)
@@ -322,6 +325,7 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
         age += 1
         if damped:
             shorten_corrections(structure, method, values, r)
+        # Correct the state, and estimate the error that remains.
         moved = where(active, moved + turn_of_jacobian(structure, method, values, r), moved)
         change = correct(structure, method, values, z, a, r, active)
         if not first:
@@ -329,11 +333,12 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
         previous, first = (change if first else where(active, change, previous)), False
         q = maximum(load(rate, 0), filled(1e-3))
         error = where(less(q, filled(0.9)), q / (1.0 - q) * change, 1e3 * change)
-        if rough:  # after reactions have changed, what is left is soon due to rounding alone
+        if has_friction:  # after reactions have changed, what is left is soon due to rounding alone
             error = where(less(change, filled(0.1 * ROUNDING)), none, error)
         active = where(less(error, tolerance), none, where(solved, none, active))
-        if any_true(active) and age < most:
+        if any_true(active) and age < max_iterations:
             continue
+        # Project what has converged, and let friction follow its reactions.
         solved = where(active, none, pending)
         done = project(structure, method, values, now, work, solved, moved)
         settled = NEWTON.settled if matrices < NEWTON.followed else NEWTON.nearly_settled
@@ -350,18 +355,18 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
 
 @compiled
 def add_turns(structure, method, values, work, stepping):
-    """Add a step to `work.turned`, in which φ is the angle that a body or a rod turns."""
+    """Add a step to `work.turn_statistics`, in which φ is the angle that a body or a rod turns."""
     vectors = structure.vectors
-    turned = work.turned
+    turn_statistics = work.turn_statistics
     for k in range(len(vectors.turning) - 1):
         rate = turning_rate(structure, values, work.z, k)
         turn = where(stepping, method.step * rate, filled(0.0))
-        angle = load(turned, 4 * k + 1) + turn
+        angle = load(turn_statistics, 4 * k + 1) + turn
         square = turn * turn
-        store(turned, 4 * k, load(turned, 4 * k) + square * square)
-        store(turned, 4 * k + 1, angle)
-        store(turned, 4 * k + 2, maximum(load(turned, 4 * k + 2), angle))
-        store(turned, 4 * k + 3, maximum(load(turned, 4 * k + 3), -angle))
+        store(turn_statistics, 4 * k, load(turn_statistics, 4 * k) + square * square)
+        store(turn_statistics, 4 * k + 1, angle)
+        store(turn_statistics, 4 * k + 2, maximum(load(turn_statistics, 4 * k + 2), angle))
+        store(turn_statistics, 4 * k + 3, maximum(load(turn_statistics, 4 * k + 3), -angle))
 
 
 @compiled
@@ -379,11 +384,11 @@ def states_to_keep(structure):
 
 
 @compiled
-def keep(structure, z, kept, k, chosen):
-    """Keep [1, q] for the k-th time where `chosen` is true."""
+def keep(structure, z, snapshots, k, mask):
+    """Keep [1, q] for the k-th time where `mask` is true."""
     rows = structure.state.coordinates + 1
     for i in range(rows):
-        store(kept, k * rows + i, where(chosen, load(z, i), load(kept, k * rows + i)))
+        store(snapshots, k * rows + i, where(mask, load(z, i), load(snapshots, k * rows + i)))
 
 
 @compiled
@@ -396,13 +401,13 @@ def keep_state(structure, work):
 
 
 @compiled
-def go_back(structure, work, chosen):
-    """Set z and a to those before the step where `chosen` is true."""
+def go_back(structure, work, mask):
+    """Set z and a to those before the step where `mask` is true."""
     rows = structure.state.rows
     for row in range(rows):
-        store(work.z, row, where(chosen, load(work.before, row), load(work.z, row)))
+        store(work.z, row, where(mask, load(work.before, row), load(work.z, row)))
     for i in range(1, structure.state.coordinates + 1):
-        store(work.a, i, where(chosen, load(work.before, rows + i), load(work.a, i)))
+        store(work.a, i, where(mask, load(work.before, rows + i), load(work.a, i)))
 
 
 @compiled
@@ -435,11 +440,11 @@ def stand_still(structure, method, work, failed):
 
 
 @compiled
-def examine(structure, values, now, work, known, left_out):
+def examine(structure, values, now, work, start_redundancy, left_out):
     """Return the code of lanes that violate a constraint that is left out, and its multiplier.
 
     Constraints that are left out only because bodies are light count from the next attempt on.
-    `known` is the number of redundant constraints at the start.
+    `start_redundancy` is the number of redundant constraints at the start.
     """
     none = filled(0.0)
     violated = violated_constraint(
@@ -447,20 +452,24 @@ def examine(structure, values, now, work, known, left_out):
     )
     violated = where(left_out, violated, none)
     code = where(violated, filled(FAILURE.contradicted), none)
-    more = less(known, left_out)
-    if any_true(more):
-        more = where(more, light(structure, values, now, work, left_out), none)
-        store(work.smallest, 0, where(more, filled(PROJECTION.zero_pivot), load(work.smallest, 0)))
-        code = where(more, where(violated, filled(FAILURE.diverged), none), code)
+    excess_mask = less(start_redundancy, left_out)
+    if any_true(excess_mask):
+        excess_mask = where(excess_mask, light(structure, values, now, work, left_out), none)
+        store(
+            work.smallest,
+            0,
+            where(excess_mask, filled(PROJECTION.zero_pivot), load(work.smallest, 0)),
+        )
+        code = where(excess_mask, where(violated, filled(FAILURE.diverged), none), code)
     return code, violated
 
 
 @compiled
-def restart(structure, work, chosen):
-    """Set the method's variable a to q̈ where `chosen` is true."""
+def restart(structure, work, mask):
+    """Set the method's variable a to q̈ where `mask` is true."""
     for i in range(1, structure.state.coordinates + 1):
-        kept = load(work.z, structure.state.acceleration + i)
-        store(work.a, i, where(chosen, kept, load(work.a, i)))
+        second_derivative = load(work.z, structure.state.acceleration + i)
+        store(work.a, i, where(mask, second_derivative, load(work.a, i)))
 
 
 @compiled
@@ -517,7 +526,7 @@ def break_off(structure, method, values, now, work, part, alive):
 
 
 @compiled
-def attempt(structure, method, tolerance, values, now, work, known, stepping, failure):
+def attempt(structure, method, tolerance, values, now, work, start_redundancy, stepping, failure):
     """Solve a step that has been predicted, once more with damped corrections where that fails.
 
     Returns the mask of lanes that failed, with the reasons in `failure`, and the number of
@@ -538,7 +547,9 @@ def attempt(structure, method, tolerance, values, now, work, known, stepping, fa
         code = where(lost, filled(FAILURE.undetermined), code)
         redundant = where(failed, left_out, redundant)
         if any_true(left_out):
-            contradicted, violated = examine(structure, values, now, work, known, left_out)
+            contradicted, violated = examine(
+                structure, values, now, work, start_redundancy, left_out
+            )
             code = code + contradicted
             worst = where(worst, worst, violated)
         first = code if number == 0 else failed
@@ -552,23 +563,23 @@ def attempt(structure, method, tolerance, values, now, work, known, stepping, fa
 
 
 @compiled
-def share_forces(structure, values, now, work, stepping, redundant, known, number):
+def share_forces(structure, values, now, work, stepping, redundant, start_redundancy, number):
     """Share the forces of redundant constraints, and note from when on they are not resolved.
 
-    `redundant` constraints were left out of a round that belongs to the time with this number,
-    `known` ones at the start.
+    `redundant` constraints were left out of a round that belongs to the time with this number, and
+    `start_redundancy` at the start.
     """
     none = filled(0.0)
-    shared = where(stepping, where(redundant, redundant, known), none)
+    shared = where(stepping, where(redundant, redundant, start_redundancy), none)
     unresolved = none
-    more = where(stepping, less(known, redundant), none)
+    excess_mask = where(stepping, less(start_redundancy, redundant), none)
     if any_true(shared):
         unresolved = share(structure, values, now, work, shared)
-    more = where(
-        less(filled(PROJECTION.zero_pivot), load(work.smallest, 0)), more, none
+    excess_mask = where(
+        less(filled(PROJECTION.zero_pivot), load(work.smallest, 0)), excess_mask, none
     )  # not light ones
-    if any_true(more):
-        unresolved += released(structure, values, now, work, more)
+    if any_true(excess_mask):
+        unresolved += released(structure, values, now, work, excess_mask)
     if any_true(unresolved):
         since = where(unresolved, number, none)
         since = where(load(work.unresolved, 0), load(work.unresolved, 0), since)
@@ -579,11 +590,11 @@ def share_forces(structure, values, now, work, stepping, redundant, known, numbe
 def march(structure, method, tolerance, values, work, outputs, failure, stop):
     """Simulate one block of samples from the state that `start` has filled, see `entries`."""
     z, a, none = work.z, work.a, filled(0.0)
-    code, known = load(failure, 0), load(failure, 3)
+    code, start_redundancy = load(failure, 0), load(failure, 3)
     begin_steps(structure, work)
     sense_start(structure, values, work, outputs)
     alive, before = where(code, none, filled(1.0)), filled(1.0)
-    rounds, k, kept = outputs.shape[0] - 1, 0, states_to_keep(structure)
+    rounds, k, snapshot_count = outputs.shape[0] - 1, 0, states_to_keep(structure)
     for n in range(1, rounds + 1):
         if any_true(load(stop, 0)) or not any_true(alive):
             break
@@ -591,11 +602,13 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
         stepping = where(less(none, part), alive, none)
         length = where(less(none, part), part, filled(1.0))
         other = where(less(length, before), filled(1.0), less(before, length))
+        # Begin anew where the length of the step changes.
         if any_true(other):
             restart(structure, work, other)
             shift_states(structure.state, z, length / before, other)
         before, still = length, where(less(none, part), none, filled(1.0))
         divided = any_true(still)
+        # Predict and solve the step.
         scaled = of_part(method, length)
         limit = maximum(tolerance * (length * length), filled(ROUNDING))
         if method.attempts > 1 or divided:
@@ -603,18 +616,27 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
         predict(structure, scaled, values, z, a)
         begin_states(structure.state, z, length * method.step, filled(1.0))
         failed, redundant = attempt(
-            structure, scaled, limit, values, now, work, known, stepping, failure
+            structure, scaled, limit, values, now, work, start_redundancy, stepping, failure
         )
         store(failure, 1, where(failed, load(values.numbers, n), load(failure, 1)))
         alive = where(failed, none, alive)
         share_forces(
-            structure, values, now, work, stepping, redundant, known, load(values.numbers, n)
+            structure,
+            values,
+            now,
+            work,
+            stepping,
+            redundant,
+            start_redundancy,
+            load(values.numbers, n),
         )
         update_law_states(structure, values, now, z, work.blocks)
+        # Perform the rounds that are no steps.
         struck = none
         if divided:
             go_back(structure, work, still)
             struck = break_off(structure, method, values, now, work, part, alive)
+        # Write the results of the round.
         add_turns(structure, scaled, values, work, stepping)
         moment, earlier = load(values.moments, n), load(values.moments, n - 1)
         watched = where(less(magnitude(part), filled(0.5)), stepping, alive)
@@ -623,8 +645,8 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
         end_states(structure.state, z, length * method.step, stepping)
         if any_true(struck):
             finish_impulse(structure, z, struck)
-        while k < kept and kept_at(k, rounds) == n:
-            keep(structure, z, work.kept, k, filled(1.0))
+        while k < snapshot_count and kept_at(k, rounds) == n:
+            keep(structure, z, work.snapshots, k, filled(1.0))
             k += 1
         store(work.reached, 0, filled(float(n)))
     store(work.steps, 1, before * method.step)

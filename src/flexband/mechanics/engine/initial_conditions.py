@@ -79,8 +79,8 @@ def elastic_matrix(structure, values, mass, s, work, smallest):
 
 
 @compiled
-def assemble(structure, values, s, work, held):
-    """Move q to where Φ(q, 0) = 0; deformations relax unless they are `held`.
+def assemble(structure, values, s, work, keeps_shape):
+    """Move q to where Φ(q, 0) = 0; deformations relax unless it `keeps_shape`.
 
     Returns the multiplier of the constraint that is violated most, or 0 if all are met, and how
     many multipliers had to be left out at the guess.
@@ -97,8 +97,9 @@ def assemble(structure, values, s, work, held):
         )
         if iteration == 0:
             redundant = left_out
+        # Solve for the correction.
         clear(r, state.velocity)
-        if not held:
+        if not keeps_shape:
             add_elastic_forces(structure, values, z, r)
         add_constraints(structure.terms, values.terms, values.functions, np.int64(0), z, r)
         pass_on_moments(structure, values, z, r)
@@ -108,6 +109,7 @@ def assemble(structure, values, s, work, held):
         for i in range(1, state.coordinates + 1):
             step = magnitude(s * load(r, i)) * load(values.inverse_scale, i)
             largest = maximum(largest, step)
+        # Limit its length, and apply it where the search has not ended.
         short = less(largest, filled(ASSEMBLY.max_step))
         part = where(short, filled(1.0), ASSEMBLY.max_step / largest)
         for i in range(1, state.coordinates + 1):
@@ -149,12 +151,12 @@ def project_velocities(structure, values, s, work):
 
 
 @compiled
-def start(structure, values, work, failure, held, number):
+def start(structure, values, work, failure, keeps_shape, number):
     """Fill the state z of one block of samples at time zero, and `failure`, see `entries`.
 
-    The search begins at the coordinates in z, each angle on the turn nearest to that in z. If
-    deformations are `held`, so are springs' elongations at rest that are known, and `number` is the
-    weight of rates of deformation in the projection of the velocities.
+    The search begins at the coordinates in z, each angle on the turn nearest to that in z. If it
+    `keeps_shape`, deformations stay as they are, and so do springs' elongations at rest that are
+    known. `number` is the weight of rates of deformation in the projection of the velocities.
     """
     state = structure.state
     z = work.z
@@ -162,7 +164,7 @@ def start(structure, values, work, failure, held, number):
         if (i < state.angle or i >= state.velocity) and not state.gap <= i < state.extreme:
             store(z, i, filled(0.0))
     s = load(values.rigidity, 0)
-    failed, redundant = assemble(structure, values, s, work, held)
+    failed, redundant = assemble(structure, values, s, work, keeps_shape)
     set_rest(structure, values, z)
     project_velocities(structure, values, number * s, work)
     if state.rule < state.extreme:

@@ -55,9 +55,10 @@ def close_loops(
     damping = np.full(z.shape[1], options.min_damping)
     turns = _are_turns(system)
     for _ in range(ASSEMBLY.iterations):
-        apart = np.abs(misfit).max(axis=0, initial=0.0) > options.tolerance
-        if not apart.any():
+        open_mask = np.abs(misfit).max(axis=0, initial=0.0) > options.tolerance
+        if not open_mask.any():
             break
+        # Solve for a damped step of rigid motions.
         rows = derivatives(system, c, values.vectors, z).transpose(2, 0, 1)
         motions = rigid_motions(system, z, 1 / inverse).transpose(2, 0, 1)
         rows = inverse[:, None, None] * (rows @ motions)
@@ -69,10 +70,11 @@ def close_loops(
         step[:, turns] /= options.turn_weight
         largest = np.abs(step).max(axis=1, keepdims=True)
         step *= ASSEMBLY.max_step / np.maximum(largest, ASSEMBLY.max_step)
+        # Take the step where it leads nearer, and adapt the damping.
         moved = z.copy()
         _move(system, moved, step[:, :, 0].T, 1 / inverse)
         next_misfit = inverse * constraint_errors(system, values, moved)
-        nearer = apart & ((next_misfit**2).sum(axis=0) < (misfit**2).sum(axis=0))
+        nearer = open_mask & ((next_misfit**2).sum(axis=0) < (misfit**2).sum(axis=0))
         z = np.where(nearer, moved, z)
         misfit = np.where(nearer, next_misfit, misfit)
         damping = np.where(
@@ -99,8 +101,8 @@ def gaps(system: System, sample: int) -> dict[str, float]:
         if owner.startswith("joint ") and np.abs(row).max() > RANK * size[0]:
             name = owner.removeprefix("joint ")[1:-1]
             open_by[name] = math.hypot(open_by.get(name, 0.0), part * size[0])
-    least = ASSEMBLY.constraint_tolerance * size[0]
-    return {name: gap for name, gap in open_by.items() if gap > least}
+    min_gap = ASSEMBLY.constraint_tolerance * size[0]
+    return {name: gap for name, gap in open_by.items() if gap > min_gap}
 
 
 def rigid_motions(system: System, z: np.ndarray, size: np.ndarray) -> np.ndarray:

@@ -103,10 +103,10 @@ def greatest(x, first, scale, count):
 
 
 @compiled
-def add_rows(z, first, x, begin, end, chosen):
-    """Add rows `begin` to `end` of x to those of z after `first`, where `chosen` is true."""
+def add_rows(z, first, x, begin, end, mask):
+    """Add rows `begin` to `end` of x to those of z after `first`, where `mask` is true."""
     for i in range(begin, end):
-        store(z, first + i, load(z, first + i) + where(chosen, load(x, i), filled(0.0)))
+        store(z, first + i, load(z, first + i) + where(mask, load(x, i), filled(0.0)))
 
 
 @compiled
@@ -172,6 +172,7 @@ def project(structure, method, values, now, work, solved, moved):
     velocity = state.velocity
     end = state.multiplier
     none = filled(0.0)
+    # Project the velocities, unless the Jacobian is too old for them.
     clear(r, velocity)
     subtract_speed_errors(structure, values, now, z, r)
     solve(pattern, pattern.reached, matrix, (r,))
@@ -181,6 +182,7 @@ def project(structure, method, values, now, work, solved, moved):
     inexact = where(less(moved, filled(PROJECTION.max_change)), inexact, filled(1.0))
     mask = where(inexact, none, solved)
     add_rows(z, velocity, r, 1, end, mask)
+    # Project the accelerations and the method's variable a, with the multipliers.
     clear(r, velocity)
     clear(s, velocity)
     subtract_rate_errors(structure, values, now, z, a, r, s)
@@ -216,8 +218,8 @@ def solve_accelerations(structure, values, now, work):
 
 
 @compiled
-def accelerate(structure, values, now, work, chosen):
-    """Set q̈ and λ of the `chosen` lanes from M q̈ + Φ_qᵀλ = Q − F and Φ_q q̈ + γ = 0.
+def accelerate(structure, values, now, work, mask):
+    """Set q̈ and λ of the lanes in `mask` from M q̈ + Φ_qᵀλ = Q − F and Φ_q q̈ + γ = 0.
 
     Returns how many multipliers were left out. The forces of friction depend on λ, which takes more
     solutions. Where they do not settle, q̈ and λ are not finite: friction jams.
@@ -228,34 +230,36 @@ def accelerate(structure, values, now, work, chosen):
     none = filled(0.0)
     mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
     left_out = factorize(structure.pattern, work.matrix, load(work.smallest, 0), r)
-    pending = chosen
+    pending = mask
     followed = none
-    rough = state.angle > state.friction
-    for count in range(PROJECTION.rough_solutions if rough else PROJECTION.solutions):
+    has_friction = state.angle > state.friction
+    for count in range(PROJECTION.rough_solutions if has_friction else PROJECTION.solutions):
         solve_accelerations(structure, values, now, work)
         refine(structure, values, work, r)
+        # Compare the change of the multipliers with the largest one.
         change = none
         largest = none
         for k in range(state.multiplier, state.angle):
             change = maximum(change, magnitude(load(r, k)))
             largest = maximum(largest, magnitude(load(z, k)))
         if count > 0:
-            more = maximum(
+            retry_mask = maximum(
                 less(PROJECTION.settled * largest, change),
                 less(filled(PROJECTION.settled), followed),
             )
-            pending = where(more, pending, none)
+            pending = where(retry_mask, pending, none)
             if not any_true(pending):
                 break
+        # Correct q̈ and λ, and let friction follow its reactions.
         add_rows(z, state.acceleration, r, 1, state.multiplier, pending)
         add_rows(z, 0, r, state.multiplier, state.angle, pending)
         followed = carry_reactions(structure, values, z, pending, count == 0)
-    if rough:
+    if has_friction:
         jammed = where(less(filled(PROJECTION.jammed), followed), pending, none)
         for i in range(1, state.coordinates + 1):
             row = state.acceleration + i
             store(z, row, where(jammed, filled(np.nan), load(z, row)))
-    return where(chosen, left_out, none)
+    return where(mask, left_out, none)
 
 
 @compiled
@@ -301,8 +305,8 @@ def light(structure, values, now, work, left_out):
 
 
 @compiled
-def released(structure, values, now, work, chosen):
-    """Return which `chosen` lanes accelerate otherwise if only redundant rows are left out."""
+def released(structure, values, now, work, mask):
+    """Return which lanes in `mask` accelerate otherwise if only redundant rows are left out."""
     state = structure.state
     z = work.z
     r = work.r
@@ -311,7 +315,7 @@ def released(structure, values, now, work, chosen):
     solve_accelerations(structure, values, now, work)
     change = greatest(r, 0, values.inverse_scale, state.coordinates)
     largest = greatest(z, state.acceleration, values.inverse_scale, state.coordinates)
-    return where(less(PROJECTION.released * largest, change), chosen, filled(0.0))
+    return where(less(PROJECTION.released * largest, change), mask, filled(0.0))
 
 
 @compiled
@@ -325,19 +329,21 @@ def share(structure, values, now, work, shared):
     state = structure.state
     z = work.z
     r = work.r
-    least = work.s
+    shares = work.s
     matrix = work.matrix
     none = filled(0.0)
     pending = shared
     change = none
     largest = none
+    # Set aside the friction of what slides.
     for k in range(state.multiplier, state.angle):
-        store(least, k, none)
+        store(shares, k, none)
     for k in range(state.angle - state.friction):  # what slides is not shared
         row = state.friction + k
-        given = where(holds(structure, z, k), none, where(shared, load(z, row), none))
-        store(least, row, given)
-        store(z, row, load(z, row) - given)
+        sliding_force = where(holds(structure, z, k), none, where(shared, load(z, row), none))
+        store(shares, row, sliding_force)
+        store(z, row, load(z, row) - sliding_force)
+    # Carry in passes with softened constraints what is left to carry.
     for part in (PROJECTION.softening, PROJECTION.small_softening):
         mass_matrix(structure, values, values.sharing_mass, now, z, matrix)
         soften_multipliers(structure.pattern, matrix, part)
@@ -354,16 +360,17 @@ def share(structure, values, now, work, shared):
             largest = none
             for k in range(state.multiplier, state.angle):
                 passed = where(pending, load(r, k), none)
-                store(least, k, load(least, k) + passed)
+                store(shares, k, load(shares, k) + passed)
                 store(z, k, load(z, k) - passed)
                 change = maximum(change, magnitude(passed))
-                largest = maximum(largest, magnitude(load(least, k)))
+                largest = maximum(largest, magnitude(load(shares, k)))
             if count >= PROJECTION.min_passes - 1:
                 pending = where(less(PROJECTION.settled * largest, change), pending, none)
                 if not any_true(pending):
                     break
         if not any_true(pending):
             break
+    # Take over what the passes have carried.
     for k in range(state.multiplier, state.angle):
-        store(z, k, load(least, k) + where(shared, none, load(z, k)))
+        store(z, k, load(shares, k) + where(shared, none, load(z, k)))
     return where(pending, less(PROJECTION.unshared * largest, change), none)

@@ -62,14 +62,14 @@ def require_inertia(system: System, values: Values, z: np.ndarray, samples: np.n
     vectors = VectorValues(*(parts[:, lanes] for parts in values.vectors))
     Phi = derivatives(system, c, vectors, z) / values.inverse_scale[coordinates, lanes]
     for lane, sample in enumerate(samples):
-        free = places[massless[:, lane]]
+        massless_columns = places[massless[:, lane]]
         motion = np.zeros(Phi.shape[1])
-        matrix = _unit_rows(Phi[:, :, lane])[:, free]
-        if not len(free) or not np.isfinite(matrix).all():
+        matrix = _unit_rows(Phi[:, :, lane])[:, massless_columns]
+        if not len(massless_columns) or not np.isfinite(matrix).all():
             continue
         _, sizes, directions = np.linalg.svd(matrix)
-        motion[free] = directions[-1]
-        if len(sizes) < len(free) or sizes[-1] < DETERMINED:
+        motion[massless_columns] = directions[-1]
+        if len(sizes) < len(massless_columns) or sizes[-1] < DETERMINED:
             where = f" (sample {sample})" if system.samples > 1 else ""
             raise InputError(_without_inertia(system, motion) + where)
 
@@ -169,8 +169,8 @@ def warn_of_shared(system: System, joints: list[str]) -> list[str]:
 
 def refuse_shared_friction(system: System, joints: list[str]) -> None:
     """Raise `InputError` if the friction of a joint depends on a reaction that is not unique."""
-    rough = [f"joint {name!r}" for name, _ in system.model.frictions]
-    shared = [joint for joint in joints if joint in rough]
+    friction_joints = [f"joint {name!r}" for name, _ in system.model.frictions]
+    shared = [joint for joint in joints if joint in friction_joints]
     if shared:
         raise InputError(
             f"the friction of {' and '.join(shared)} depends on a reaction that is not unique, "

@@ -59,19 +59,21 @@ def settle(structure, values, work, outputs, failure, stop):
     r = work.r
     matrix = work.matrix
     now = np.int64(0)
+    # Begin at rest.
     for i in range(1, state.coordinates + 1):
         store(z, state.velocity + i, filled(0.0))
         store(z, state.acceleration + i, filled(0.0))
     moving = where(load(failure, 0), filled(0.0), filled(1.0))
-    least = load(values.rigidity, 0)
+    first_weight = load(values.rigidity, 0)
     w = load(values.rigidity, 0)
     begin_extremes(structure.extremes, state, z)
-    every = filled(1.0)
+    all_lanes = filled(1.0)
     for n in range(STATIC.iterations + 1):
-        watch(structure, values, now, work, filled(max(n - 1.0, 0.0)), filled(1.0 * n), every)
+        watch(structure, values, now, work, filled(max(n - 1.0, 0.0)), filled(1.0 * n), all_lanes)
         sense(structure, values, now, z, outputs[n], work.blocks)
         if n == STATIC.iterations or any_true(load(stop, 0)) or not any_true(moving):
             break
+        # Solve for a step, and limit its length.
         residual(structure, values, now, z, r, work.blocks)
         tangent(structure, values, now, z, w, 0.0, matrix, work.blocks)
         to_right_side(structure, r, w)
@@ -86,7 +88,8 @@ def settle(structure, values, work, outputs, failure, stop):
             if i <= state.coordinates:
                 step = w * step
             store(z, i, where(moving, load(z, i) + step, load(z, i)))
-        grown = less(w, 0.99 * STATIC.total_growth * least)
+        # Let the weight of the stiffness grow while steps are short.
+        grown = less(w, 0.99 * STATIC.total_growth * first_weight)
         short = less(largest, filled(STATIC.max_step))
         done = where(grown, filled(0.0), less(largest, filled(STATIC.tolerance)))
         moving = where(done, filled(0.0), moving)

@@ -72,7 +72,7 @@ class Vibration(NamedTuple):
 
 
 def warn_of_large_steps(
-    turned: np.ndarray,
+    turn_statistics: np.ndarray,
     system: System,
     times: np.ndarray,
     integrator: GeneralizedAlpha,
@@ -81,16 +81,17 @@ def warn_of_large_steps(
     """Warn of the part whose speed is wrong by the most, if it is by more than one per cent.
 
     To the leading order, a free body that turns by φ in a step loses ((1 − ρ)/(1 + ρ))² φ⁴/8 of its
-    speed, and its angle lags behind by φ²/12 of what it turns. `turned` is as in `Work`.
+    speed, and its angle lags behind by φ²/12 of what it turns. `turn_statistics` are those of
+    `WorkSpace`.
     """
-    if not turned.size:
+    if not turn_statistics.size:
         return
     rho = float(integrator.spectral_radius)
     count = len(times) - 1
-    _warn_of_swings(turned, system, count, rho, check)
-    turned = turned[..., 0]
-    loss = -np.expm1(-(((1 - rho) / (1 + rho)) ** 2) * turned / 8)
-    angle = (turned / count) ** 0.25
+    _warn_of_swings(turn_statistics, system, count, rho, check)
+    fourth_powers = turn_statistics[..., 0]
+    loss = -np.expm1(-(((1 - rho) / (1 + rho)) ** 2) * fourth_powers / 8)
+    angle = (fourth_powers / count) ** 0.25
     lag = angle**2 / 12
     error = np.maximum(loss, lag)
 
@@ -107,15 +108,15 @@ def warn_of_large_steps(
 
 
 def _warn_of_swings(
-    turned: np.ndarray, system: System, count: int, rho: float, check: StepCheck
+    turn_statistics: np.ndarray, system: System, count: int, rho: float, check: StepCheck
 ) -> None:
     """Warn of the part whose swings are late by the most, if it is by more than 4 %.
 
     A part that swings by A cos ωt turns by up to φ = Aωh in a step. To the leading order it lags
     by 3/32 (1 + 3 δ²) φ² of the phase ωt, in addition to what a small vibration lags.
     """
-    reach = np.maximum(turned[..., 2] + turned[..., 3], 1e-300)
-    angle = (turned[..., 0] / count * 8 / 3) ** 0.25
+    reach = np.maximum(turn_statistics[..., 2] + turn_statistics[..., 3], 1e-300)
+    angle = (turn_statistics[..., 0] / count * 8 / 3) ** 0.25
     phase = count * angle / (reach / 2)
     lag = 3 / 32 * (1 + 3 * ((1 - rho) / (1 + rho)) ** 2) * angle**2 * phase
     lag = np.where(phase > 2 * np.pi * check.min_swings, lag, 0.0)
@@ -133,12 +134,12 @@ def _warn_of_swings(
 
 
 def _warn_of_coarse_steps(
-    error: np.ndarray, most: float, text: Callable[[int], str], system: System
+    error: np.ndarray, limit: float, text: Callable[[int], str], system: System
 ) -> None:
-    """Warn of the worst sample; errors are those of parts, (samples, parts), `most` is allowed."""
+    """Warn of the worst sample; errors are those of parts, (samples, parts), `limit` is allowed."""
     parts = error.argmax(axis=1)
     largest = error.max(axis=1)
-    samples = np.flatnonzero(largest > most)
+    samples = np.flatnonzero(largest > limit)
     if not samples.size:
         return
     remarks = [
@@ -173,6 +174,7 @@ def remark_on_few_steps(
     if count < check.min_times or not len(outputs):
         return None
     h = h / 2 if 0 in motion.attrs.get("halved_step", ()) else h
+    # Compare with the variation of each output, or with rounding.
     rho = float(integrator.spectral_radius)
     dt = times[1] - times[0]
     size = np.maximum(np.abs(outputs).max(axis=-1), first["unit"].values == "rad")
@@ -180,12 +182,13 @@ def remark_on_few_steps(
     std = outputs.std(axis=-1)
     varies = std > units.least_variation(size, check.min_scale)
     scale = np.maximum(std, units.rounding / check.max_error)  # errors are above rounding
-    free = np.ones(count // 2 + 1, dtype=bool)
-    worst = worst_vibration(outputs, varies, scale, free, dt, h, rho, check)
+    free_frequencies = np.ones(count // 2 + 1, dtype=bool)
+    worst = worst_vibration(outputs, varies, scale, free_frequencies, dt, h, rho, check)
+    # Leave out the frequencies of drives only where there is something to report.
     if worst is not None and worst.error > check.max_error:
         values = [[float(np.ravel(evaluate_function(f, t))[0]) for t in times] for f in functions]
-        free = not_driven(np.array(values).reshape(-1, count), check)
-        worst = worst_vibration(outputs, varies, scale, free, dt, h, rho, check)
+        free_frequencies = not_driven(np.array(values).reshape(-1, count), check)
+        worst = worst_vibration(outputs, varies, scale, free_frequencies, dt, h, rho, check)
     if worst is None or worst.error <= check.max_error:
         return None
     name = str(first["output"].values[worst.output])
@@ -205,7 +208,7 @@ def worst_vibration(
     outputs: np.ndarray,
     varies: np.ndarray,
     scale: np.ndarray,
-    free: np.ndarray,
+    free_frequencies: np.ndarray,
     dt: float,
     h: float,
     rho: float,
@@ -213,10 +216,11 @@ def worst_vibration(
 ) -> Vibration | None:
     """Return the free vibration with the largest error relative to `scale`, at steps of h and ρ∞.
 
-    The outputs are at times dt apart; `free` is whether each frequency may be that of one.
+    The outputs are at times dt apart; `free_frequencies` is whether each may be that of one.
     """
     count = outputs.shape[-1]
     factor = (1 + 4.5 * ((1 - rho) / (1 + rho)) ** 2) / 12
+    # Remove the mean and the trend, and find the energy of bands of frequencies.
     tau = np.arange(count) - 0.5 * (count - 1)
     moved = outputs - outputs.mean(axis=-1, keepdims=True)
     moved = moved - (moved @ tau / (tau @ tau))[:, None] * tau
@@ -224,15 +228,17 @@ def worst_vibration(
     energy = np.abs(np.fft.rfft(moved * window)) ** 2
     k, band, beside = bands(energy, check)
     omega = 2 * np.pi * k / (count * dt)
+    # Estimate the error of each band, that of a vibration that stands out.
     lag = omega * count * dt * factor * (omega * h) ** 2
-    tonal = (band > check.contrast * beside) & free[k] & varies[:, None]
+    tonal = (band > check.contrast * beside) & free_frequencies[k] & varies[:, None]
     weight = np.where(tonal, band * np.minimum(lag / 3**0.5, 2**0.5) ** 2, 0.0)
     total = (window @ window) * count / 2 * np.maximum(scale**2, 1e-300)
     vibrations = []
-    rough = np.sqrt(weight.max(axis=-1) / total)
-    for o in np.argsort(-rough)[: check.candidates]:
-        if rough[o] < check.max_error / 2:
+    error_estimates = np.sqrt(weight.max(axis=-1) / total)
+    for o in np.argsort(-error_estimates)[: check.candidates]:
+        if error_estimates[o] < check.max_error / 2:
             break
+        # Follow the amplitude of the worst band in time.
         at = k[np.argmax(weight[o])]
         peak_band = slice(*check.edges(np.array([at]), energy.shape[-1], 1).ravel())
         frequency = np.average(np.arange(energy.shape[-1])[peak_band], weights=energy[o, peak_band])
@@ -267,16 +273,16 @@ def not_driven(functions: np.ndarray, check: StepCheck) -> np.ndarray:
     count = functions.shape[-1]
     window = np.hanning(count)
     series = [functions - functions.mean(axis=-1, keepdims=True), np.exp(1j * functions)]
-    free = np.ones(count // 2 + 1, dtype=bool)
+    free_frequencies = np.ones(count // 2 + 1, dtype=bool)
     for signal in series:
         spectrum = np.abs(np.fft.fft(signal * window)) ** 2
-        energy = spectrum[:, : len(free)].copy()
-        energy[:, 1:] += spectrum[:, -1 : -len(free) : -1]
+        energy = spectrum[:, : len(free_frequencies)].copy()
+        energy[:, 1:] += spectrum[:, -1 : -len(free_frequencies) : -1]
         peaks = energy > check.driven_share * np.maximum(energy.sum(axis=-1, keepdims=True), 1e-300)
         for line in np.flatnonzero(peaks.any(axis=0)):
             if line < check.min_turns:
                 continue
             for m in range(1, check.harmonics + 1):
-                low, high = check.edges(np.array([line * m]), len(free), 1).ravel()
-                free[low:high] = False
-    return free
+                low, high = check.edges(np.array([line * m]), len(free_frequencies), 1).ravel()
+                free_frequencies[low:high] = False
+    return free_frequencies

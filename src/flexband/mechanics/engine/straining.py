@@ -30,7 +30,7 @@ class LargestStrains(NamedTuple):
     """
 
     strain: np.ndarray  # (members, 3, samples)
-    kept: np.ndarray  # numbers of the states, (members, 3, samples)
+    snapshots: np.ndarray  # numbers of their states, (members, 3, samples)
 
     @staticmethod
     def zeros(members: int, samples: int) -> LargestStrains:
@@ -40,7 +40,7 @@ class LargestStrains(NamedTuple):
 
     def place(self, samples: np.ndarray | slice, strains: LargestStrains) -> None:
         """Take over the strains of some samples."""
-        self.strain[..., samples], self.kept[..., samples] = strains
+        self.strain[..., samples], self.snapshots[..., samples] = strains
 
 
 class Members:
@@ -64,7 +64,7 @@ class Members:
 
     def largest(self, states: np.ndarray, samples: np.ndarray) -> LargestStrains:
         """Return the largest strains of states (states, rows of [1, q], samples)."""
-        strain, kept = largest = LargestStrains.zeros(len(self.bodies), len(samples))
+        strain, snapshots = largest = LargestStrains.zeros(len(self.bodies), len(samples))
         for m, (body, axes) in enumerate(zip(self.bodies.values(), self.axes, strict=True)):
             gx, gy = (states[:, rows] for rows in axes.T)
             i = body.element_rows // body.per_node
@@ -78,8 +78,8 @@ class Members:
             kinds = np.hypot(gx, gy) - 1, (turn - start) * per_turn, turn
             for kind, strains in enumerate(kinds):
                 size = np.abs(strains).max(axis=1)
-                kept[m, kind] = size.argmax(axis=0)
-                peaks = strains[kept[m, kind], :, np.arange(len(samples))]  # (samples, places)
+                snapshots[m, kind] = size.argmax(axis=0)
+                peaks = strains[snapshots[m, kind], :, np.arange(len(samples))]  # (samples, places)
                 place = np.abs(peaks).argmax(axis=1)
                 strain[m, kind] = peaks[np.arange(len(samples)), place]
         return largest
@@ -110,7 +110,7 @@ def warn_of_large_strains(
         way = "stretched" if strain > 0 else "compressed"
         if kind:
             way = "bent so much that its surface is strained"
-        time = np.nan if times is None else float(times[largest.kept[m, kind, sample]])
+        time = np.nan if times is None else float(times[largest.snapshots[m, kind, sample]])
         where = "" if np.isnan(time) else f" at about t = {time:.3g} s"
         text = f"{names[m]!r} is {way} by {100 * abs(strain):.2g} %{where}"
         return Remark(
@@ -123,7 +123,7 @@ def warn_of_large_strains(
         )
 
     remarks = [remark(int(k)) for k in np.flatnonzero(size.max(axis=(0, 1)) > max_strain)]
-    worst = max(remarks, key=lambda each: each.size)
+    worst = max(remarks, key=lambda candidate: candidate.size)
     where = f"in sample {worst.sample}, " if len(failed) > 1 else ""
     warn(
         f"{where}{worst.text}, whose strains are small: below 1 % in metals. "
@@ -135,16 +135,17 @@ def warn_of_large_strains(
 
 
 def fold_advice(
-    system: System, largest: LargestStrains, failed: np.ndarray, *, most: float = 1.2
+    system: System, largest: LargestStrains, failed: np.ndarray, *, max_turn: float = 1.2
 ) -> str:
-    """Say which member has an element that turns by more than `most` in a sample that failed."""
+    """Say which member has an element that turns by more than `max_turn` where a sample failed."""
     turns = np.abs(largest.strain[:, 2][:, failed])
-    if not turns.max(initial=0.0) > most:
+    if not turns.max(initial=0.0) > max_turn:
         return ""
     m, sample = np.unravel_index(turns.argmax(), turns.shape)
     name, body = list(Members(system).bodies.items())[int(m)]
-    more = int(np.ceil(body.elements * turns[m, sample] / 0.6 / 10) * 10)
+    element_count = int(np.ceil(body.elements * turns[m, sample] / 0.6 / 10) * 10)
     return (
         f"An element of {name!r} is folded by {turns[m, sample]:.2g} rad, which shorter steps do "
-        f"not mend: give it more than its {number_of(body.elements, 'element')}, such as {more}"
+        f"not mend: give it more than its {number_of(body.elements, 'element')}, "
+        f"such as {element_count}"
     )

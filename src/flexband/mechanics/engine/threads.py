@@ -65,6 +65,7 @@ def in_parallel(
             if stop.any():
                 break
 
+    # Start the workers and collect what they finish.
     workers = [threading.Thread(target=work, daemon=True) for _ in range(min(threads, blocks))]
     done = 0
     try:
@@ -78,6 +79,7 @@ def in_parallel(
             if progress is not None:
                 progress(done, samples)
     finally:
+        # Stop what still runs, and wait for it.
         stop[:] = 1.0
         end = time.monotonic() + GRACE
         for worker in workers:

@@ -222,6 +222,7 @@ def add_angle_tangent(structure, values, z, weight, matrix):
         x, y = vector(structure, values, z, a)
         square = _square(x, y)
         factor = weight * load(z, state.moment + a) / (square * square)
+        # Second derivatives by the vector's components.
         xx = factor * 2.0 * x * y
         xy = factor * (y * y - x * x)
         first = vectors.start[a]
@@ -232,6 +233,7 @@ def add_angle_tangent(structure, values, z, weight, matrix):
             xy = -2.0 * factor * x * y
             same = factor * square
         moment = weight * load(z, state.moment + a) / square
+        # Multiply them by the gradients of the components.
         for p in range(first, vectors.start[a + 1]):
             px, py = entry_gradient(vectors, values, z, p)
             for q in range(p, vectors.start[a + 1]):
@@ -263,9 +265,9 @@ def angle_drift(structure, values, z, a):
     drift = -2.0 * (x * u + y * v) * turning / (square * square)
     for p in range(vectors.start[a], vectors.start[a + 1]):
         if vectors.partner[p] > 0:
-            both = load(z, velocity + vectors.coordinate[p]) * load(
+            rate_product = load(z, velocity + vectors.coordinate[p]) * load(
                 z, velocity + vectors.partner[p]
             )
-            turned = x * load(values.vectors.y, p) - y * load(values.vectors.x, p)
-            drift += turned * both / square
+            cross_product = x * load(values.vectors.y, p) - y * load(values.vectors.x, p)
+            drift += cross_product * rate_product / square
     return drift

@@ -101,6 +101,7 @@ def subtract_acceleration_errors(structure, values, terms, coefficient, now, z, 
     functions = structure.functions
     velocity = state.velocity
     acceleration = state.acceleration
+    # Products of two coordinates, and those with functions of time.
     for t in range(terms.steady):
         k = terms.k[t]
         i = terms.i[t]
@@ -118,12 +119,14 @@ def subtract_acceleration_errors(structure, values, terms, coefficient, now, z, 
         moved = load(z, acceleration + i) * zj + zi * load(z, acceleration + j)
         add_to(r, k, -c * (drift + value * moved))
         add_to(s, k, -c * (drift + value * (load(a, i) * zj + zi * load(a, j))))
+    # Linear terms with constant factors.
     for t in range(terms.steady, terms.polynomials):
         k = terms.k[t]
         j = terms.j[t]
         c = load(coefficient, t)
         add_to(r, k, -c * load(z, acceleration + j))
         add_to(s, k, -c * load(a, j))
+    # Terms of angles and lengths.
     for t in range(terms.polynomials, len(terms.k)):
         k = terms.k[t]
         f = terms.f[t]

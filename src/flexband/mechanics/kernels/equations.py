@@ -188,8 +188,8 @@ def sense(structure, values, now, z, outputs, memory):
 
 
 @compiled
-def watch(structure, values, now, work, before, time, chosen):
-    """Take a step from one time to another into account in extremes, where `chosen` is true."""
+def watch(structure, values, now, work, before, time, mask):
+    """Take a step from one time to another into account in extremes, where `mask` is true."""
     extremes = structure.extremes
     count = len(structure.extremes.kind)
     if count == 0:
@@ -199,5 +199,5 @@ def watch(structure, values, now, work, before, time, chosen):
         clear(work.forms, count)
         add_products(extremes, values.extremes, values.functions, now, work.z, work.forms, 1.0)
         update_extremes(
-            extremes, values.windows, structure.state, work.z, work.forms, before, time, chosen
+            extremes, values.windows, structure.state, work.z, work.forms, before, time, mask
         )

@@ -54,8 +54,8 @@ def begin_extremes(extremes, state, z):
 
 
 @compiled
-def update_extremes(extremes, windows, state, z, forms, before, time, chosen):
-    """Take the values of the forms at a time into account, where `chosen` is true.
+def update_extremes(extremes, windows, state, z, forms, before, time, mask):
+    """Take the values of the forms at a time into account, where `mask` is true.
 
     `forms` are their rows, and `before` is the time of the last step, which is `time` at the start
     and where forces jump. Between both a form is linear.
@@ -66,20 +66,22 @@ def update_extremes(extremes, windows, state, z, forms, before, time, chosen):
         first = load(windows, 2 * k)
         last = load(windows, 2 * k + 1)
         value = load(forms, k)
-        known = load(z, result + k)
+        previous = load(z, result + k)
         latest = load(z, result + count + k)
-        inside = where(less(time, first), filled(0.0), chosen)
+        # Leave out what is outside of the window.
+        inside = where(less(time, first), filled(0.0), mask)
         inside = where(less(last, time), filled(0.0), inside)
         new = value
         kind = extremes.kind[k]
         closed = where(less(filled(0.0), latest), less(value, filled(0.0)), filled(0.0))
+        # Find the new value of the extreme, by its kind.
         if kind > KINDS.instant:
             number = load(z, result + k - (kind - KINDS.instant))
             nth = less(magnitude(number - float(kind - KINDS.instant)), filled(0.5))
             new = filled(1.0) * time
             inside = where(closed, where(nth, inside, filled(0.0)), closed)
         elif kind == KINDS.closings:
-            new = known + closed
+            new = previous + closed
         elif kind == KINDS.integral:
             length = where(less(before, time), time - before, filled(1.0))
             low = maximum(before, first)
@@ -88,16 +90,16 @@ def update_extremes(extremes, windows, state, z, forms, before, time, chosen):
             slope = (value - latest) / length
             middle = latest + slope * (0.5 * (low + high) - before)
             part = where(less(before, time), covered * middle, filled(0.0))
-            new = known + part
-            inside = chosen
+            new = previous + part
+            inside = mask
         elif kind == KINDS.work:
             moved = load(forms, k + 1) - load(z, result + count + k + 1)
             part = where(less(before, time), 0.5 * (latest + value) * moved, filled(0.0))
-            new = known + part
-            inside = chosen
+            new = previous + part
+            inside = mask
         elif kind == KINDS.largest:
-            new = where(less(value, known), known, value)
+            new = where(less(value, previous), previous, value)
         else:
-            new = where(less(known, value), known, value)
+            new = where(less(previous, value), previous, value)
         store(z, result + k, where(inside, new, load(z, result + k)))
-        store(z, result + count + k, where(chosen, value, latest))
+        store(z, result + count + k, where(mask, value, latest))

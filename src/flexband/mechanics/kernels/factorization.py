@@ -59,6 +59,7 @@ def factorize(pattern, matrix, smallest, x):
     redundant, unity, below = filled(0.0), filled(1.0), pattern.below
     for k in range(pattern.columns):
         diagonal, first, multiplier = pattern.start[k], pattern.first[k], pattern.is_multiplier[k]
+        # Subtract the products with the rows before from the pivot's tile and x.
         a, _, b, d = load_rows(matrix, 4 * diagonal, 4)
         x0, x1 = load_rows(x, first, 2)
         size_a, size_d = magnitude(a), magnitude(d)
@@ -79,6 +80,7 @@ def factorize(pattern, matrix, smallest, x):
                 size_a += magnitude(part_a)
                 size_d += magnitude(part_d)
         store_rows(x, first, (x0, x1))
+        # Invert the tile; what is left out has the inverse 0.
         inverse_a = 1.0 / a
         if multiplier:
             sound = less(smallest * size_a, magnitude(a))
@@ -93,6 +95,7 @@ def factorize(pattern, matrix, smallest, x):
             redundant += where(sound, filled(0.0), unity)
         i01 = -ratio * inverse_d
         store_rows(matrix, 4 * diagonal, (inverse_a - ratio * i01, i01, i01, inverse_d))
+        # Subtract the products from the tiles below.
         for tile in range(diagonal + 1, pattern.start[k + 1]):
             c00, c01, c10, c11 = load_rows(matrix, 4 * tile, 4)
             for p in range(pattern.product_start[tile], pattern.product_start[tile + 1]):

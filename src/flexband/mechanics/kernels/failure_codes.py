@@ -35,7 +35,7 @@ FAILURE = FailureCodes(*(1.0 + k for k in range(len(FailureCodes._fields))))
 @compiled
 def note_failure(failure, code, lanes):
     """Note a code in the `lanes` that have not failed so far; return which these are."""
-    known = load(failure, 0)
-    new = where(known, filled(0.0), lanes)
-    store(failure, 0, where(new, filled(code), known))
+    old_code = load(failure, 0)
+    new = where(old_code, filled(0.0), lanes)
+    store(failure, 0, where(new, filled(code), old_code))
     return new

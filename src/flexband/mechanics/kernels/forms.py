@@ -275,8 +275,8 @@ class Frame:
         """Return whether both frames are on one rigid body, or on the ground."""
         same = all(
             a.terms.keys() == b.terms.keys()
-            for mine, others in zip(self.axes, other.axes, strict=True)
-            for a, b in zip(mine, others, strict=True)
+            for axis, other_axis in zip(self.axes, other.axes, strict=True)
+            for a, b in zip(axis, other_axis, strict=True)
         )
         return self.rigid and other.rigid and same
 

@@ -76,6 +76,7 @@ def analyse(
     -------
     The pattern, and the row of the matrix array of every entry.
     """
+    # Order the pairs of unknowns.
     pair_of = {i: p for p, pair in enumerate(pairs) for i in pair if i != NONE}
     neighbours: dict[int, set[int]] = {p: set() for p in range(len(pairs))}
     for i, j in couples:
@@ -86,6 +87,7 @@ def analyse(
     order, columns = _minimum_degree(neighbours, multipliers)
     place = {pair: k for k, pair in enumerate(order)}
 
+    # List the tiles of each column and row of L.
     tiles = []
     start = [0]
     for k, column in enumerate(columns):
@@ -96,6 +98,7 @@ def analyse(
         if row != column:
             rows[row].append((t, column))
 
+    # List the products that each tile is reduced by.
     product_start = [0]
     product_v = []
     product_l = []
@@ -136,6 +139,7 @@ def analyse(
         product_v=_indices(product_v),
         product_l=_indices(product_l),
     )
+    # Find the row of every entry.
     slots = {}
     for t, (row, column) in enumerate(tiles):
         for a, i in enumerate(pairs[order[row]]):
@@ -149,12 +153,12 @@ def _reached_rows(
     is_multiplier: list[bool], rows: Sequence[list[tuple[int, int]]]
 ) -> dict[int, list[tuple[int, int]]]:
     """Return the rows that depend on the multipliers' right-hand side, without other columns."""
-    among = {}
+    row_entries = {}
     for k, multiplier in enumerate(is_multiplier):
-        entries = [(t, c) for t, c in rows[k] if c in among]
+        entries = [(t, c) for t, c in rows[k] if c in row_entries]
         if entries or multiplier:
-            among[k] = entries
-    return among
+            row_entries[k] = entries
+    return row_entries
 
 
 def _indices(values) -> np.ndarray:
@@ -168,6 +172,7 @@ def _minimum_degree(
 
     Returns the order, and for each node the remaining nodes that its elimination couples.
     """
+    # Multipliers wait for the coordinates of their constraint.
     waiting = {i: neighbours[i] - multipliers for i in multipliers}
     heap = [(len(n), i) for i, n in neighbours.items() if not waiting.get(i)]
     heapq.heapify(heap)
@@ -182,6 +187,7 @@ def _minimum_degree(
         degree, i = heapq.heappop(heap)
         if i in done or degree != len(neighbours[i]):
             continue  # outdated: it was pushed again with its new degree
+        # Eliminate the node: its neighbours become coupled.
         done.add(i)
         order.append(i)
         clique = neighbours.pop(i)

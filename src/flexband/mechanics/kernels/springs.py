@@ -208,6 +208,7 @@ def add_spring_tangent(structure, values, now, z, weight, rate, matrix):
     springs = structure.springs
     vectors = structure.vectors
     numbers = values.vectors
+    # Translational springs.
     for s in range(springs.translational):
         a = springs.vector[s]
         begin = vectors.start[a]
@@ -231,6 +232,7 @@ def add_spring_tangent(structure, values, now, z, weight, rate, matrix):
                 along = (nx * px + ny * py + nh * ph) * (nx * qx + ny * qy + nh * qh)
                 entry = across * (px * qx + py * qy + ph * qh) + (slope - across) * along
                 add_to(matrix, springs.slot[s, p - begin, q - begin], entry)
+    # Springs of angles and lengths, with several entries.
     for s in range(springs.translational, len(springs.f)):
         slope = weight * _slope(structure, values, now, z, rate, s)
         a = springs.vector[s]
@@ -270,6 +272,6 @@ def set_rest(structure, values, z):
     """Set s₀ of springs that are relaxed at the start."""
     rest = values.springs.rest
     for s in range(len(structure.springs.f)):
-        given = load(rest, s)
-        relaxed = less(filled(0.5 * RELAXED), given)
-        store(rest, s, where(relaxed, elongation(structure, values, z, s), given))
+        rest_elongation = load(rest, s)
+        relaxed = less(filled(0.5 * RELAXED), rest_elongation)
+        store(rest, s, where(relaxed, elongation(structure, values, z, s), rest_elongation))

@@ -82,8 +82,8 @@ class State(NamedTuple):
         laws do on points, `law_states` and `gaps` those of their states and gaps, and `components`
         that of components of the normal forces of friction.
         """
-        each = 1 + coordinates  # rows of 1 and q, of 0 and v, and of 0 and a
-        parts = (each, multipliers, frictions, angles, sensor_angles, each, each, 1, angles)
+        q_rows = 1 + coordinates  # rows of 1 and q, of 0 and v, and of 0 and a
+        parts = (q_rows, multipliers, frictions, angles, sensor_angles, q_rows, q_rows, 1, angles)
         parts = (*parts, springs, springs, directions, poses)
         parts = (*parts, STATE_ROWS * law_states, 3 * (law_states > 0))
         carried = 3 * multipliers + 1 if frictions else 0

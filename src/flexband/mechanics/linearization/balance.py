@@ -97,17 +97,20 @@ class Balance:
         z[equations.multipliers] = 0.0
         r, Phi = equations.residual(z)
         self.directionless, loose = equations.directionless(z)
+        # Scale the constraints to gradients of length 1.
         rows = equations.jacobian(z) * size
-        each = equations.system.model.dimension
-        lengths = reduce(np.hypot, (rows[:, k::each] for k in range(each)))
+        dimension = equations.system.model.dimension
+        lengths = reduce(np.hypot, (rows[:, k::dimension] for k in range(dimension)))
         self.norms = lengths.max(axis=1, initial=1e-300)
         self.rows = rows / self.norms[:, None]
         self.violation = Phi / self.norms
+        # Find the multipliers that balance the forces best.
         self.carried = np.zeros(0)
         if len(rows):
             self.carried = np.linalg.lstsq(self.rows.T, -size * r, rcond=tolerances.rank)[0]
             r = self._with_friction(z, r)
             z[equations.multipliers] = self.carried / self.norms
+        # Reduce the forces to the directions that constraints allow.
         self.z = z
         self.linear = equations.linear(z, spin).following(self.following(self.rows))
         self.basis = allowed(self.linear.Phi, size, tolerances.rank)
@@ -180,8 +183,8 @@ class Balance:
         if not len(self.rows):
             return -1
         u, sizes, _ = np.linalg.svd(self.rows)
-        near = len(u) > len(sizes) or sizes[-1] < 1e-3 * sizes[0]
-        return int(np.abs(u[:, -1]).argmax()) if near else -1
+        nearly_dependent = len(u) > len(sizes) or sizes[-1] < 1e-3 * sizes[0]
+        return int(np.abs(u[:, -1]).argmax()) if nearly_dependent else -1
 
     @property
     def largest_force(self) -> float:
@@ -211,8 +214,10 @@ class Balance:
         It is none where a move by the whole size would change forces by less than is tolerated.
         """
         matrix = reduce_matrix(self.linear.K + self.linear.L, self.basis)
-        least = np.sqrt(self.tolerated)
-        return _scale_by_diagonal(np.where(np.abs(matrix) < least * least[:, None], 0.0, matrix))
+        tolerance_root = np.sqrt(self.tolerated)
+        return _scale_by_diagonal(
+            np.where(np.abs(matrix) < tolerance_root * tolerance_root[:, None], 0.0, matrix)
+        )
 
     @property
     def unresolved(self) -> bool:
@@ -230,17 +235,19 @@ class Balance:
         """Return the step of Newton's method, relative to the size, with inertia over `weight`."""
         size = self.equations.size
         K = self.linear.K + self.linear.L
-        back = np.zeros(len(size))
+        constraint_step = np.zeros(len(size))
         if len(self.rows):
-            back = -np.linalg.lstsq(self.rows, self.violation, rcond=self.tolerances.rank)[0] * size
+            constraint_step = (
+                -np.linalg.lstsq(self.rows, self.violation, rcond=self.tolerances.rank)[0] * size
+            )
         matrix, scale, factors = self.stiffness
         if np.isfinite(weight):
             matrix, scale, factors = _scale_by_diagonal(
                 reduce_matrix(K + self.linear.M / weight, self.basis)
             )
-        right = -self.forces - self.basis.T @ (K @ back)
+        right = -self.forces - self.basis.T @ (K @ constraint_step)
         y = scale * _solution(matrix, factors, scale * right)
-        return (back + self.basis @ y) / size
+        return (constraint_step + self.basis @ y) / size
 
     def moved(self, step: np.ndarray) -> Balance:
         """Return the balance after a step, relative to the size."""
@@ -285,8 +292,8 @@ def _scale_by_diagonal(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, Fact
     what is coupled counts in its place.
     """
     size = np.abs(matrix)
-    least = np.finfo(float).tiny
-    diagonal = np.maximum(np.diag(size), least)
+    floor = np.finfo(float).tiny
+    diagonal = np.maximum(np.diag(size), floor)
     with np.errstate(over="ignore"):
         coupled = np.minimum(size, size**2 / diagonal).max(axis=1, initial=0.0)
     scale = 1 / np.sqrt(np.maximum(diagonal, coupled))
@@ -419,6 +426,7 @@ def _search_rest(
         excess = balance.excess
         if not np.isfinite(excess) or stop_flag().any():
             break
+        # Stop where forces are balanced, if Newton's step is short.
         violation = np.abs(balance.violation).max(initial=0.0)
         at_rest = excess <= 1.0 and violation < search.violation
         if at_rest and not balance.directionless:
@@ -428,6 +436,7 @@ def _search_rest(
                     return balance, True
                 last = balance.moved(step)
                 return last if last.excess <= 1.0 else balance, True
+        # Take a step with inertia, or a push where Newton's method is stuck.
         if downhill:
             weight = min(weight, 0.5 / max(-balance.lowest(), 1e-250))
         step = balance.step(weight)
@@ -444,6 +453,7 @@ def _search_rest(
             pushes = pushes + 1
             before = np.inf
             weight = rigidity
+        # Let inertia lose weight as the forces become smaller.
         if excess <= before or downhill:
             weight = min(weight * (10.0 if downhill else search.growth), 1e250)
         else:

@@ -40,6 +40,7 @@ def block_equilibria(
     work.z[state.rule : state.gap][1:2] = RestSearch().state_step
     start = work.z.copy()
     failed = failure.copy()
+    # Raise the loads in steps, unless the mechanism rotates.
     on_way = []
     if not any(spin.rate for spin in spins):
         snap_throughs(system, values, start, failed)
@@ -47,6 +48,7 @@ def block_equilibria(
             rows = np.full((STATIC.iterations + 1, system.sensed, WIDTH), np.nan)
             run(SETTLE, system, raise_loads(values, k / steps), work, rows, failure)
             on_way.append(rows[~np.isnan(rows).all(axis=(1, 2))])
+    # Find the rest of each sample from there.
     balances: list[Balance] = []
     for lane, spin in enumerate(spins):
         if failed[0, lane]:
@@ -65,6 +67,7 @@ def block_equilibria(
         if balance.equations.failure[0, 0]:
             failed[:, lane] = balance.equations.failure[:, 0]
         work.z[:, lane] = balance.z
+    # Check the conditions of the joints.
     rows = np.zeros((1, system.sensed, WIDTH))
     run(SENSE, system, values, work, rows, failed)
     for condition in range(len(system.conditions)):

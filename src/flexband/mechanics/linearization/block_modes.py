@@ -78,6 +78,7 @@ class ModeSolver:
             spins = driven_spins(system, numbers)
         moving = bool(np.any(np.abs(v * scale) > self.min_speed)) and spins is None
         still = no_rotation(system)
+        # Find the states to linearize about.
         if self.at_start:
             if moving:
                 raise InputError(
@@ -92,6 +93,7 @@ class ModeSolver:
             _, failure, balances, _ = block_equilibria(system, values, self.steps, count, spins)
         results = []
         unbalanced = []
+        # Solve for the modes of each sample.
         for lane, balance in enumerate(balances):
             if failure[0, lane]:
                 continue
@@ -109,7 +111,7 @@ class ModeSolver:
             damping = linear.D + contact_damping(balance.equations, z, linear)
             linear = linear._replace(M=balance.equations.mass, D=damping)
             basis = balance.basis
-            sliding = z[balance.equations.senses] != MODE.free
+            sliding = z[balance.equations.senses] != MODE.inactive
             stuck = balance.equations.holding(z) & ~sliding
             if system.model.frictions:
                 linear, basis = _with_friction(balance, linear, z, stuck, sample)
@@ -160,7 +162,7 @@ class ModeSolver:
 
 
 def _with_friction(
-    balance: Balance, linear: Linear, z: np.ndarray, held: np.ndarray, sample: int
+    balance: Balance, linear: Linear, z: np.ndarray, hold_mask: np.ndarray, sample: int
 ) -> tuple[Linear, np.ndarray]:
     """Return the matrices with friction that slides, and the motions that it does not hold."""
     equations = balance.equations
@@ -168,7 +170,7 @@ def _with_friction(
     system = balance.equations.system
     if np.any(system.structure.friction.one_way * z[equations.senses] < 0):
         raise InputError("a OneWayClutch would lock, so the mechanism does not slide steadily")
-    stuck = equations.sticking(z)[held] * equations.size
+    stuck = equations.sticking(z)[hold_mask] * equations.size
     basis = basis @ null_space(stuck / equations.size @ basis)
     if not basis.shape[1]:
         raise InputError("friction holds all that can move, so there are no modes")

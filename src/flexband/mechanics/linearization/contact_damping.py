@@ -24,7 +24,7 @@ def contact_damping(equations: Equations, z: np.ndarray, linear: Linear) -> np.n
     contacts = np.flatnonzero(np.isin(laws.gap_kind, (GAP.length, GAP.angle)))
     z = z.copy()
     D = np.zeros_like(linear.D)
-    z[equations.senses] = MODE.free
+    z[equations.senses] = MODE.inactive
     z[rows.mode + contacts] = 1.0
     equations.loads(z[:, None])
     depths = -equations.work.z[rows.value + contacts, 0]

@@ -37,10 +37,10 @@ class Eigenmodes(NamedTuple):
     thickness: np.ndarray = np.zeros(0, dtype=bool)  # whether each is of the thickness of beams
     states: np.ndarray = np.zeros((0, 0))  # what each moves of states of force laws, as columns
 
-    def selected(self, chosen: np.ndarray) -> Eigenmodes:
+    def selected(self, selection: np.ndarray) -> Eigenmodes:
         """Return some of the modes."""
-        states = self.states[:, chosen] if len(self.states) else self.states
-        s, vectors, thickness = (part[..., chosen] for part in self[:3])
+        states = self.states[:, selection] if len(self.states) else self.states
+        s, vectors, thickness = (part[..., selection] for part in self[:3])
         return Eigenmodes(s, vectors, thickness, states)
 
     @property
@@ -144,8 +144,8 @@ def _conservative(linear: Linear, basis: np.ndarray, count: int):
 
 def _circulatory(linear: Linear, M, K, basis: np.ndarray, count: int):
     """Solve K φ = −s² M φ; a complex s² has a root that grows and one that decays."""
-    far = np.sort(np.abs(np.linalg.eigvals(np.linalg.solve(M, K))))
-    shift = _shift(far, count)
+    magnitudes = np.sort(np.abs(np.linalg.eigvals(np.linalg.solve(M, K))))
+    shift = _shift(magnitudes, count)
     inverse, y = np.linalg.eig(np.linalg.solve(K + shift * M, shift * M))
     resolved = np.abs(inverse) > RESOLVED
     squares = shift / inverse[resolved] - shift
@@ -167,13 +167,15 @@ def _circulatory(linear: Linear, M, K, basis: np.ndarray, count: int):
 
 def _general(linear: Linear, M, D, K, basis: np.ndarray, count: int, symmetric: bool):
     """Solve (s² M + s D + K) φ = 0, shifted to the modes of low frequency and inverted."""
+    # Shift to the size of the eigenvalues that are asked for.
     n = len(M)
     identity = np.eye(n)
     none = np.zeros((n, n))
     unit = np.sqrt(np.abs(np.linalg.solve(M, K)).max()) or 1.0
     below = [-np.linalg.solve(M, K) / unit, -np.linalg.solve(M, D)]
-    far = np.sort(np.abs(np.linalg.eigvals(np.block([[none, unit * identity], below]))))
-    shift = _shift(far, 2 * count)
+    magnitudes = np.sort(np.abs(np.linalg.eigvals(np.block([[none, unit * identity], below]))))
+    shift = _shift(magnitudes, 2 * count)
+    # Solve for the inverses, and leave out those that rounding hides.
     M = shift**2 * M
     D = shift * D
     upper = [-np.linalg.solve(M + D + K, part) for part in (M + D, M)]
@@ -181,9 +183,10 @@ def _general(linear: Linear, M, D, K, basis: np.ndarray, count: int, symmetric: 
     resolved = np.abs(inverse) > RESOLVED
     s = shift * (1 + 1 / inverse[resolved])
     y = y[:n, resolved]
-    kept = np.imag(s) >= 0
-    vectors = _normalize(linear, basis @ y[:, kept])
-    s = _balance_eigenvalues(linear, s[kept], vectors)
+    upper_mask = np.imag(s) >= 0
+    vectors = _normalize(linear, basis @ y[:, upper_mask])
+    s = _balance_eigenvalues(linear, s[upper_mask], vectors)
+    # Set to 0 what rounding cannot tell from it.
     noise = rounding_errors(linear, vectors)
     size = np.abs(s)
     damping = np.abs(np.einsum("im,ij,jm->m", vectors.conj(), linear.D, vectors))
@@ -211,8 +214,11 @@ def _balance_eigenvalues(
     parts = linear.inertia, linear.D, linear.K + linear.L
     a, b, c = (np.einsum("im,ij,jm->m", vectors.conj(), part, vectors) for part in parts)
     root = np.sqrt(b.astype(complex) ** 2 - 4 * a * c)
-    far = -(b + np.where(np.real(np.conj(b) * root) < 0, -root, root)) / 2  # without cancellation
-    roots = np.stack([far / a, np.divide(c, far, out=np.zeros_like(far), where=far != 0)])
+    # The sum is free of cancellation; the other root follows from the product of both.
+    half_sum = -(b + np.where(np.real(np.conj(b) * root) < 0, -root, root)) / 2
+    roots = np.stack(
+        [half_sum / a, np.divide(c, half_sum, out=np.zeros_like(half_sum), where=half_sum != 0)]
+    )
     upper = np.argsort(-np.imag(roots), axis=0)  # of two conjugate ones the first, as all others
     roots = np.take_along_axis(roots, upper, axis=0)
     nearest = np.take_along_axis(roots, np.abs(roots - s).argmin(axis=0)[None], axis=0)[0]
@@ -225,6 +231,7 @@ def _with_states(
     linear: Linear, states: LinearStates, basis: np.ndarray, count: int, *, alone: float = 1e-13
 ) -> Eigenmodes:
     """Solve for the modes of q, q̇ and states of laws; states `alone` have no modal mass."""
+    # Set the matrix of the first-order system.
     n = basis.shape[1]
     m = len(states.by_state)
     parts = linear.inertia, linear.D, linear.K + linear.L
@@ -236,9 +243,10 @@ def _with_states(
         np.hstack([states.by_place @ basis, states.by_rate @ basis, states.by_state]),
     ]
     s, x = np.linalg.eig(np.vstack(rows))
-    kept = np.imag(s) >= 0
-    s = s[kept]
-    x = x[:, kept]
+    # Scale the modes to unit modal mass, or to unit states.
+    upper_mask = np.imag(s) >= 0
+    s = s[upper_mask]
+    x = x[:, upper_mask]
     vectors = basis @ x[:n]
     y = x[2 * n :]
     mass = np.sqrt(np.einsum("im,ij,jm->m", vectors.conj(), linear.M, vectors).real)
@@ -246,6 +254,7 @@ def _with_states(
     scale = np.where(moving, mass, np.abs(y).max(axis=0, initial=0.0))
     vectors = vectors / scale
     y = y / scale
+    # Remove what is due to rounding alone.
     noise = np.where(moving, np.sqrt(rounding_errors(linear, vectors)), 0.0)
     s = np.where(np.abs(s) <= np.maximum(noise, RESOLVED * np.abs(s).max()), 0.0, s)
     s = np.where(np.abs(np.real(s)) <= PURE * np.abs(s), 1j * np.imag(s), s)
@@ -256,11 +265,11 @@ def _with_states(
     return Eigenmodes(s[order], vectors[:, order], states=y[:, order])
 
 
-def _shift(far: np.ndarray, count: int, *, least: float = 1e-9) -> float:
+def _shift(magnitudes: np.ndarray, count: int, *, zero_ratio: float = 1e-9) -> float:
     """Return a shift beyond `count` of these sizes, which ascend, and beyond those that are 0."""
-    shift = far[min(count, len(far)) - 1]
-    if shift <= least * far[-1]:  # that of motions that are free
-        shift = min(far[far > least * far[-1]], default=1.0)
+    shift = magnitudes[min(count, len(magnitudes)) - 1]
+    if shift <= zero_ratio * magnitudes[-1]:  # that of motions that are free
+        shift = min(magnitudes[magnitudes > zero_ratio * magnitudes[-1]], default=1.0)
     return 1.3 * float(shift)
 
 
@@ -280,8 +289,8 @@ def rounding_errors(linear: Linear, vectors: np.ndarray) -> np.ndarray:
     Stretched members round relative to their axial stiffness, so components of a vector count as
     one. What is far below that of other modes counts as none.
     """
-    each = linear.dimension
-    size = np.abs(vectors).reshape(-1, each, vectors.shape[1]).max(axis=1)
-    terms = linear.terms.reshape(len(size), each, len(size), each).max(axis=(1, 3))
+    dimension = linear.dimension
+    size = np.abs(vectors).reshape(-1, dimension, vectors.shape[1]).max(axis=1)
+    terms = linear.terms.reshape(len(size), dimension, len(size), dimension).max(axis=(1, 3))
     error = ROUNDING * np.einsum("im,ij,jm->m", size, terms, size)
     return np.maximum(error, 1e-12 * error.max(initial=0.0))

@@ -239,14 +239,14 @@ class Equations:
             self.loads(z[:, None])
             speeds = self.work.z[self.senses.start + 2 * self.frictions :][: self.frictions, 0]
             rest = np.abs(speeds) <= self.still * self._units * spin.pace(self.size)
-            z[self.senses] = np.where(rest, MODE.free, np.sign(speeds))
+            z[self.senses] = np.where(rest, MODE.inactive, np.sign(speeds))
         return z
 
-    def holding(self, z: np.ndarray, *, least: float = 1e-9) -> np.ndarray:
-        """Return which frictions can hold something: the normal force is above the `least` part.
+    def holding(self, z: np.ndarray, *, min_share: float = 1e-9) -> np.ndarray:
+        """Return which frictions can hold something: the normal force is above `min_share`.
 
-        That is of the largest reaction or load. Joints that switch hold if they are active, and
-        clutches that turn one way always.
+        That is a part of the largest reaction or load. Joints that switch hold if they are active,
+        and clutches that turn one way always.
         """
         z = z.copy()
         friction = self.system.structure.friction
@@ -254,14 +254,16 @@ class Equations:
             return np.zeros(0, dtype=bool)
         reactions = z[self.multipliers]
         z[self.carried] = reactions
-        z[self.senses] = MODE.free
+        z[self.senses] = MODE.inactive
         loads = self.loads(z[:, None])[:, 0]
         first = friction_rows.py_func(self.state).normal
         normal = self.work.z[first : first + self.frictions, 0]
         largest = np.abs([*reactions, *loads, *self.values.weight[self.q, 0]]).max(initial=0.0)
         coefficient = self.values.friction.static[:, 0]
-        held = np.where(friction.switched, normal > 0, coefficient * normal > least * largest)
-        return held | (friction.one_way != 0)
+        hold_mask = np.where(
+            friction.switched, normal > 0, coefficient * normal > min_share * largest
+        )
+        return hold_mask | (friction.one_way != 0)
 
     def follows(self, z: np.ndarray) -> bool:
         """Return whether friction slides that may depend on reactions."""
@@ -364,7 +366,7 @@ class Equations:
         n = self.state.coordinates
         M = self.mass
         smooth = z.copy()
-        smooth[self.senses] = MODE.free  # friction is a load
+        smooth[self.senses] = MODE.inactive  # friction is a load
         matrix = self._matrix(smooth, 0.0)
         K = matrix[:n, :n]
         Phi = matrix[n : self.state.friction - 1, :n]

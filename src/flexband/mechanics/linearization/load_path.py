@@ -65,6 +65,7 @@ def snap_throughs(
     unloaded, jumps = _settle(system, values, first, start)
     before = unloaded
     jumps = jumps & (failure[0] == 0)
+    # Search for the longest move, in smaller parts of the loads each time.
     for k in range(search.rounds):
         parts = np.linspace(first, last, search.steps + 1)
         rests = [before]
@@ -84,6 +85,7 @@ def snap_throughs(
         first = parts[at, lanes]
         last = parts[at + 1, lanes]
         before = np.stack(rests)[at, :, lanes].T
+    # A jump is a snap-through if the stiffness vanishes before it.
     for lane in np.flatnonzero(jumps & (first > 0)):
         soft = _lowest(system, raise_loads(values, first), before, int(lane))
         if soft < search.softness * _lowest(system, raise_loads(values, 0.0), unloaded, int(lane)):

@@ -121,6 +121,7 @@ def _later(
     samples = np.array([sample])
     pace = spin.pace(equations.size)
     rest = equations.values.springs.rest
+    # Follow the motion that drives prescribe.
     if isinstance(spin, Driven):
         step = CHECKS.step / pace
         _, _, before = _on_way(system, samples, 0.0, step)
@@ -132,6 +133,7 @@ def _later(
             motion = Driven(0.0, motion.centre, motion.v[:, 0], motion.a[:, 0])
             yield Balance(Equations(system, values, 0), z, motion), 0.0
         return
+    # Rotate the state about the centre.
     for angle in CHECKS.angles:
         time = angle / pace
         values = pack(system, np.array([time, time + AT_START[1]]), samples)(0)

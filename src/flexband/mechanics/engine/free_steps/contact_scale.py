@@ -58,8 +58,8 @@ def approach_speed(structure, values, z, gap):
     laws = structure.laws
     mode = load(z, rows.mode + gap)
     rate = magnitude(load(z, rows.rate + gap))
-    least = load(values.laws, laws.parameter_start[laws.gap_law[gap]] + 3)
-    return maximum(where(less(mode, filled(0.0)), -mode, rate), least)
+    min_speed = load(values.laws, laws.parameter_start[laws.gap_law[gap]] + 3)
+    return maximum(where(less(mode, filled(0.0)), -mode, rate), min_speed)
 
 
 @compiled
@@ -79,24 +79,24 @@ def scale_of_contact(structure, values, z, gap):
 
 
 @compiled
-def follow_depths(structure, values, z, chosen):
-    """Let the depths of closed contacts grow where `chosen` is true; begin those that are new."""
+def follow_depths(structure, values, z, mask):
+    """Let the depths of closed contacts grow where `mask` is true; begin those that are new."""
     state = structure.state
     rows = rows_of_gaps(state)
     for k in range(rows.number):
         if is_contact_gap(structure.laws, k):
-            known = load(z, rows.depth + k)
+            max_depth = load(z, rows.depth + k)
             depth = -load(z, rows.value + k)
             speed = approach_speed(structure, values, z, k)
             impact = depth_of_impact(structure, values, z, k, speed)
-            known = maximum(where(less(filled(0.0), known), known, impact), depth)
+            max_depth = maximum(where(less(filled(0.0), max_depth), max_depth, impact), depth)
             closed = less(load(z, rows.mode + k), filled(0.0))
-            known = where(closed, known, filled(0.0))
-            store(z, rows.depth + k, where(chosen, known, load(z, rows.depth + k)))
+            max_depth = where(closed, max_depth, filled(0.0))
+            store(z, rows.depth + k, where(mask, max_depth, load(z, rows.depth + k)))
 
 
 @compiled
-def settle_at_start(structure, values, z, chosen):
+def settle_at_start(structure, values, z, mask):
     """Let contacts that are closed at the start be at rest, unless their speed presses deeper."""
     rows = rows_of_gaps(structure.state)
     none = filled(0.0)
@@ -104,7 +104,7 @@ def settle_at_start(structure, values, z, chosen):
         if is_contact_gap(structure.laws, k):
             speed = maximum(-load(z, rows.rate + k), none)
             impact = depth_of_impact(structure, values, z, k, speed)
-            closed = where(chosen, less(load(z, rows.mode + k), none), none)
+            closed = where(mask, less(load(z, rows.mode + k), none), none)
             rests = where(closed, less(impact, -load(z, rows.value + k)), none)
             mass = load(z, rows.mass + k)
             store(z, rows.mass + k, where(rests, -magnitude(mass), mass))

@@ -40,7 +40,7 @@ class StepControl(NamedTuple):
     """First step of a run, in steps of the output."""
     overshoot: float = 2e-4
     """Part of a step beyond an event; half the tolerance past a contact."""
-    located: float = 1e-3
+    event_interval: float = 1e-3
     """Part of a step in which an event is located at its end."""
     stuck: float = 1e-6
     """Both for sticking and sliding: forces jump, and no depth bounds the error."""
@@ -78,7 +78,7 @@ CONTROL = StepControl()
 
 
 @compiled
-def shift_accelerations(structure, z, a, ratio, chosen):
+def shift_accelerations(structure, z, a, ratio, mask):
     """Set a, an acceleration at a part of a step from its end, to that part of another step.
 
     `ratio` is the length of the new step over that of the one before.
@@ -86,7 +86,7 @@ def shift_accelerations(structure, z, a, ratio, chosen):
     for i in range(1, structure.state.coordinates + 1):
         old = load(a, i)
         present = load(z, structure.state.acceleration + i)
-        store(a, i, where(chosen, present + ratio * (old - present), old))
+        store(a, i, where(mask, present + ratio * (old - present), old))
 
 
 @compiled
@@ -114,8 +114,8 @@ def error_of_step(structure, method, values, work, ratio):
 
 
 @compiled
-def extrapolate_error(error, cubed, before, chosen):
-    """Return the error of the next step of the same length, that of this one unless `chosen`.
+def extrapolate_error(error, cubed, before, mask):
+    """Return the error of the next step of the same length, that of this one outside of `mask`.
 
     `cubed` is the error over the third power of the step, and `before` the same of the step before,
     or 0. If lengths followed from the last error alone, they would lag behind the depth of a
@@ -123,7 +123,7 @@ def extrapolate_error(error, cubed, before, chosen):
     """
     growth = cubed / where(less(filled(0.0), before), before, cubed)
     growth = maximum(filled(0.5), where(less(growth, filled(2.0)), growth, filled(2.0)))
-    return where(chosen, error * growth, error)
+    return where(mask, error * growth, error)
 
 
 @compiled

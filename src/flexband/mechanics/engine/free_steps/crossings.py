@@ -52,21 +52,26 @@ def first_crossing(structure, values, limits, before, z, step):
         tolerance = _tolerance(structure, values, limits, before, k)
         positive = less(filled(0.0), load(z, rows.mode + k))
         sign = where(positive, filled(1.0), filled(-1.0))
+        # Set the cubic of the gap over the step, positive while its mode holds.
         start, end = sign * load(before, rows.value + k), sign * load(z, rows.value + k)
         slope = sign * step * load(before, rows.rate + k)
         last = sign * step * load(z, rows.rate + k)
         if structure.laws.gap_kind[k] == GAP.margin:
             friction = k - (rows.number - (state.angle - state.friction))
-            held = sticks(state, z, friction)  # the rate of a margin of forces is not known
-            held = filled(1.0) if structure.friction.switched[friction] else held
-            slope, last = where(held, end - start, slope), where(held, end - start, last)
+            stick_mask = sticks(state, z, friction)  # the rate of a margin of forces is not known
+            stick_mask = filled(1.0) if structure.friction.switched[friction] else stick_mask
+            slope, last = (
+                where(stick_mask, end - start, slope),
+                where(stick_mask, end - start, last),
+            )
         if is_contact_gap(structure.laws, k):
             settling = is_pressed_again(before, z, rows, k)
             turn = slope / where(settling, slope - last, filled(1.0))
-            early = where(settling, less(turn, filled(1.0 - CONTROL.located)), filled(0.0))
+            early = where(settling, less(turn, filled(1.0 - CONTROL.event_interval)), filled(0.0))
             late = maximum(late, early)
             part = where(early, minimum(part, turn + CONTROL.overshoot), part)
         c2, c3 = 3.0 * (end - start) - 2.0 * slope - last, 2.0 * (start - end) + slope + last
+        # Find the minimum of the cubic within the step.
         square = c2 * c2 - 3.0 * c3 * slope
         lowest = -slope / (c2 + sqrt(where(less(square, filled(0.0)), filled(0.0), square)))
         inside = where(less(filled(0.0), lowest), less(lowest, filled(1.0)), filled(0.0))
@@ -78,15 +83,21 @@ def first_crossing(structure, values, limits, before, z, step):
         closed = where(less(filled(0.0), start), less(filled(0.0), depth), filled(0.0))
         if not any_true(closed):
             continue
+        # Find its zero by bisection.
         low, high = filled(0.0), below
         for _ in range(40):
             middle = 0.5 * (low + high)
             open_ = less(filled(0.0), _cubic(start, slope, c2, c3, middle))
             low, high = where(open_, middle, low), where(open_, high, middle)
-        deep, located, overshoot = less(tolerance, depth), CONTROL.located, CONTROL.overshoot
+        # Go a bit beyond the zero, unless it is at the end anyway.
+        deep, event_interval, overshoot = (
+            less(tolerance, depth),
+            CONTROL.event_interval,
+            CONTROL.overshoot,
+        )
         if structure.laws.gap_kind[k] == GAP.margin:
-            located, overshoot = CONTROL.stuck, CONTROL.stuck
-        early = where(less(high, filled(1.0 - located)), filled(1.0), deep)
+            event_interval, overshoot = CONTROL.stuck, CONTROL.stuck
+        early = where(less(high, filled(1.0 - event_interval)), filled(1.0), deep)
         early = where(closed, early, filled(0.0))
         speed = magnitude(slope + high * (2.0 * c2 + 3.0 * high * c3))
         beyond = overshoot * high
@@ -134,7 +145,7 @@ def size_modes(state, z):
 
 
 @compiled
-def switch_modes(structure, z, chosen):
+def switch_modes(structure, z, mask):
     """Set the modes to those of the gaps; return where the sign of one changes.
 
     A gap that is zero has the sign that it is about to have. Margins of friction remain positive.
@@ -146,7 +157,7 @@ def switch_modes(structure, z, chosen):
         gap = load(z, rows.value + k)
         rate = load(z, rows.rate + k)
         heading = where(less(filled(0.0), magnitude(gap)), gap, rate)
-        opposite = where(chosen, less(load(z, row) * heading, filled(0.0)), filled(0.0))
+        opposite = where(mask, less(load(z, row) * heading, filled(0.0)), filled(0.0))
         changed = where(opposite, filled(1.0), changed)
         speed = maximum(magnitude(rate), filled(CONTROL.least_speed))
         if is_contact_gap(structure.laws, k):  # an impact begins
@@ -170,7 +181,7 @@ def is_pressed_again(before, z, rows, gap):
 
 
 @compiled
-def settle_contacts(structure, before, z, chosen):
+def settle_contacts(structure, before, z, mask):
     """End the impacts of contacts that are pressed in again.
 
     At this moment the gap does not move, so that the force does not jump.
@@ -178,6 +189,6 @@ def settle_contacts(structure, before, z, chosen):
     rows = rows_of_gaps(structure.state)
     for k in range(rows.number):
         if is_contact_gap(structure.laws, k):
-            pressed = where(chosen, is_pressed_again(before, z, rows, k), filled(0.0))
+            pressed = where(mask, is_pressed_again(before, z, rows, k), filled(0.0))
             mass = load(z, rows.mass + k)
             store(z, rows.mass + k, where(pressed, -mass, mass))

@@ -27,7 +27,7 @@ def factorize_frictionless(structure, values, now, work):
     for k in range(rows.frictions):
         mode = load(z, rows.mode + k)
         store(modes, k, mode)
-        store(z, rows.mode + k, mode if structure.friction.switched[k] else filled(MODE.free))
+        store(z, rows.mode + k, mode if structure.friction.switched[k] else filled(MODE.inactive))
     mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
     factorize(structure.pattern, work.matrix, load(work.smallest, 0), work.r)
     for k in range(rows.frictions):
@@ -35,8 +35,8 @@ def factorize_frictionless(structure, values, now, work):
 
 
 @compiled
-def update_masses(structure, values, now, work, chosen):
-    """Set the effective masses of contacts where `chosen` is true; angles are up to date.
+def update_masses(structure, values, now, work, mask):
+    """Set the effective masses of contacts where `mask` is true; angles are up to date.
 
     Where joints hold both sides of a contact, so that it cannot move, its mass is
     `MARK.immovable`. Where an impact is over it is negative.
@@ -55,6 +55,7 @@ def update_masses(structure, values, now, work, chosen):
         if not factorized:
             factorize_frictionless(structure, values, now, work)
             factorized = True
+        # Set the right-hand side to a unit force along the gap.
         clear(r, state.velocity)
         add_unit_force(structure, values, now, z, s, r, work.blocks)
         pass_on_moments(structure, values, z, r)
@@ -62,6 +63,7 @@ def update_masses(structure, values, now, work, chosen):
             if i > state.coordinates:
                 store(r, i, filled(0.0))
             store(force, i, load(r, i))
+        # Compare the mobility with that without joints.
         alone = filled(0.0)
         mobility = filled(0.0)
         for p in range(len(mass.i)):
@@ -74,7 +76,8 @@ def update_masses(structure, values, now, work, chosen):
             mobility = mobility + load(force, i) * load(r, i)
         moves = less(CONTROL.immovable * alone, mobility)
         effective = where(moves, 1.0 / where(moves, mobility, filled(1.0)), filled(MARK.immovable))
+        # Keep the sign, which tells whether an impact is over.
         row = first + laws.gap_start[s]
-        known = load(z, row)
-        effective = where(less(known, filled(0.0)), -effective, effective)
-        store(z, row, where(chosen, effective, known))
+        old_mass = load(z, row)
+        effective = where(less(old_mass, filled(0.0)), -effective, effective)
+        store(z, row, where(mask, effective, old_mass))

@@ -32,8 +32,8 @@ from flexband.mechanics.kernels.laws.states import hold_states
 
 
 @compiled
-def switch(structure, method, values, work, step, time, limits, chosen):
-    """Change the modes of force laws whose gaps have changed their sign, where `chosen` is true.
+def switch(structure, method, values, work, step, time, limits, mask):
+    """Change the modes of force laws whose gaps have changed their sign, where `mask` is true.
 
     Where the forces jump by that, the accelerations start anew. Returns where a mode has changed,
     and where friction jams.
@@ -41,7 +41,7 @@ def switch(structure, method, values, work, step, time, limits, chosen):
     state = structure.state
     now = np.int64(0)
     jammed = filled(0.0)
-    changed = switch_modes(structure, work.z, chosen)
+    changed = switch_modes(structure, work.z, mask)
     if any_true(changed):
         keep_state(structure, work)
         hold_states(state, work.z, changed)

@@ -90,7 +90,7 @@ def set_sliding_speeds(structure, values, now, work):
 
 
 @compiled
-def begin_impact(structure, values, work, limits, step, chosen):
+def begin_impact(structure, values, work, limits, step, mask):
     """Let hold what switches or locks, and be free all else; keep the sliding speeds before."""
     z = work.z
     friction = structure.friction
@@ -98,20 +98,20 @@ def begin_impact(structure, values, work, limits, step, chosen):
     for k in range(rows.frictions):
         mode = load(z, rows.mode + k)
         u = load(z, rows.speed + k)
-        new = filled(MODE.free)
+        new = filled(MODE.inactive)
         if friction.switched[k]:
             new = mode
         elif friction.one_way[k]:
             rest = rest_speed(structure, values, limits, step, k)
             new = where(less(u, rest), filled(MODE.sticks), new)
-        store(z, rows.mode + k, where(chosen, new, mode))
-        store(z, rows.turn + k, where(chosen, u, load(z, rows.turn + k)))
+        store(z, rows.mode + k, where(mask, new, mode))
+        store(z, rows.turn + k, where(mask, u, load(z, rows.turn + k)))
         force = load(z, structure.state.friction + k)
-        store(z, structure.state.friction + k, where(chosen, filled(0.0), force))
+        store(z, structure.state.friction + k, where(mask, filled(0.0), force))
 
 
 @compiled
-def begin_sliding(structure, values, work, limits, step, chosen):
+def begin_sliding(structure, values, work, limits, step, mask):
     """Let friction with an impulse slide as it does without one, or stick where it is at rest."""
     z = work.z
     friction = structure.friction
@@ -120,20 +120,20 @@ def begin_sliding(structure, values, work, limits, step, chosen):
         if friction.reacts[k]:
             u = load(z, rows.speed + k)
             mode = load(z, rows.mode + k)
-            slow = less(magnitude(u), rest_speed(structure, values, limits, step, k))
+            rest_mask = less(magnitude(u), rest_speed(structure, values, limits, step, k))
             sense = where(less(u, filled(0.0)), filled(-1.0), filled(1.0))
-            new = where(slow, filled(MODE.sticks), sense)
-            store(z, rows.mode + k, where(chosen, new, mode))
+            new = where(rest_mask, filled(MODE.sticks), sense)
+            store(z, rows.mode + k, where(mask, new, mode))
 
 
 @compiled
-def stick_instead(structure, z, chosen):
+def stick_instead(structure, z, mask):
     """Let stick what slides without a solution, as where it jams; return the lanes with any."""
     rows = friction_rows(structure.state)
     changed = filled(0.0)
     for k in range(rows.frictions):
         if structure.friction.reacts[k]:
-            slides = where(sticks(structure.state, z, k), filled(0.0), chosen)
+            slides = where(sticks(structure.state, z, k), filled(0.0), mask)
             mode = load(z, rows.mode + k)
             store(z, rows.mode + k, where(slides, filled(MODE.sticks), mode))
             store(
@@ -187,6 +187,7 @@ def solve_impulses(structure, values, now, work, pending):
     active = pending
     followed = none
     for count in range(IMPACT.solutions):
+        # Begin with the velocities before, and without impulses of what sticks.
         for i in range(1, state.coordinates + 1):
             v = load(z, state.velocity + i)
             store(z, state.velocity + i, where(active, load(before, i), v))
@@ -194,6 +195,7 @@ def solve_impulses(structure, values, now, work, pending):
             impulse = load(z, state.friction + k)
             freed = where(active, sticks(state, z, k), none)
             store(z, state.friction + k, where(freed, none, impulse))
+        # Set the right-hand side to the impulses of what slides and the errors of speeds.
         clear(r, state.velocity)
         update_distances(structure, values, z)
         add_constraints(friction.terms, values.friction.terms, values.functions, now, z, r)
@@ -204,6 +206,7 @@ def solve_impulses(structure, values, now, work, pending):
         for k in range(rows.frictions):
             row = state.friction + k
             store(r, row, where(sticks(state, z, k), load(r, row), load(z, row)))
+        # Solve for the change of v and the impulses, and take them over.
         solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
         refine(structure, values, work, r)
         largest = none
@@ -216,6 +219,7 @@ def solve_impulses(structure, values, now, work, pending):
                 store(z, place, where(active, load(r, k), load(z, place)))
             store(z, k, where(active, load(r, k), load(z, k)))
             largest = maximum(largest, magnitude(load(r, k)))
+        # Let friction follow the normal impulses, until it does not change.
         set_normal_impulses(structure, values, now, z)
         set_sliding_speeds(structure, values, now, work)
         followed = follow_impulses(structure, values, z, active, count) / maximum(
@@ -237,6 +241,7 @@ def follow_impulses(structure, values, z, active, count):
     none = filled(0.0)
     largest = filled(0.0)
     rows = friction_rows(state)
+    # Compare the changes with those before.
     squares = none
     products = none
     others = none
@@ -248,6 +253,7 @@ def follow_impulses(structure, values, z, active, count):
         products = products + last * step
         others = others + step * step
         largest = maximum(largest, magnitude(step))
+    # Sum up the geometric series where they are parallel.
     ratio = products / where(less(none, squares), squares, filled(1.0))
     parallel = less(others - ratio * products, FOLLOW.skew * others)
     parallel = where(parallel, less(none, squares), none)
@@ -263,7 +269,7 @@ def follow_impulses(structure, values, z, active, count):
 
 
 @compiled
-def change_sticking(structure, values, work, limits, step, chosen):
+def change_sticking(structure, values, work, limits, step, mask):
     """Let slide what asks for most, and stick what would slide back; return where any does."""
     state = structure.state
     z = work.z
@@ -274,10 +280,12 @@ def change_sticking(structure, values, work, limits, step, chosen):
     largest = none
     loosest = none
     changed = none
+    # Find the largest impulse, and what asks for most.
     for k in range(state.multiplier, state.angle):
         largest = maximum(largest, magnitude(load(z, k)))
     for k in range(rows.frictions):
         loosest = maximum(loosest, excess_ratio(structure, values, z, k, largest))
+    # Release what asks for most, and let stick what slides back.
     for k in range(rows.frictions):
         mode = load(z, rows.mode + k)
         u = load(z, rows.speed + k)
@@ -285,15 +293,15 @@ def change_sticking(structure, values, work, limits, step, chosen):
         released = where(less(none, excess), where(less(excess, loosest), none, true), none)
         sense = where(less(load(z, state.friction + k), none), filled(-1.0), true)
         rest = rest_speed(structure, values, limits, step, k)
-        back = less(mode * u, -rest)
+        reversal = less(mode * u, -rest)
         if friction.one_way[k]:
-            sense = filled(MODE.free)
-            back = less(u, -rest)
-        back = where(sticks(state, z, k), none, back)
+            sense = filled(MODE.inactive)
+            reversal = less(u, -rest)
+        reversal = where(sticks(state, z, k), none, reversal)
         if not (friction.one_way[k] or friction.reacts[k]):
-            back = none
-        new = where(released, sense, where(back, filled(MODE.sticks), mode))
-        change = where(chosen, maximum(released, back), none)
+            reversal = none
+        new = where(released, sense, where(reversal, filled(MODE.sticks), mode))
+        change = where(mask, maximum(released, reversal), none)
         store(z, rows.mode + k, where(change, new, mode))
         changed = maximum(changed, change)
     return changed
@@ -318,7 +326,7 @@ def excess_ratio(structure, values, z, k, largest):
 
 
 @compiled
-def add_works(structure, values, now, work, chosen, jumps):
+def add_works(structure, values, now, work, mask, jumps):
     """Add up what the impulses do, with the means of the speeds before and after.
 
     A joint that becomes active takes half of its impulse times the speed that it stops, and does
@@ -343,7 +351,7 @@ def add_works(structure, values, now, work, chosen, jumps):
             structure, values, friction.terms, values.friction.terms, now, z, work.r
         )
         for k in range(state.multiplier, state.angle):
-            part = where(chosen, (2.0 * sign - 1.0) * load(z, k) * load(work.r, k), none)
+            part = where(mask, (2.0 * sign - 1.0) * load(z, k) * load(work.r, k), none)
             if k < state.friction:
                 add_to(z, joints.work + k - state.multiplier, part)
             else:
@@ -352,7 +360,7 @@ def add_works(structure, values, now, work, chosen, jumps):
         store(z, state.velocity + i, load(work.t, i))
     for k in range(rows.frictions):
         if friction.switched[k] and not jumps:
-            impulse = where(chosen, load(z, state.friction + k), none)
+            impulse = where(mask, load(z, state.friction + k), none)
             loss = 0.5 * load(z, rows.turn + k) * impulse
             add_to(z, rows.distance + k, loss)
             add_to(z, rows.work + k, loss)
@@ -376,8 +384,8 @@ def impact_matrix(structure, method, values, now, work, pending, jumps):
 
 
 @compiled
-def strike_parts(structure, method, values, now, work, limits, chosen, jumps):
-    """Change the velocities by an impact where `chosen` is true; return where it is refused.
+def strike_parts(structure, method, values, now, work, limits, mask, jumps):
+    """Change the velocities by an impact where `mask` is true; return where it is refused.
 
     `method` is that of a step of the output. Where the speed of a drive `jumps`, stiff members move
     as rigid ones.
@@ -391,57 +399,60 @@ def strike_parts(structure, method, values, now, work, limits, chosen, jumps):
     step = method.step
     rows = friction_rows(state)
     joints = reaction_rows(state)
+    # Keep the velocities before the impact.
     for i in range(1, state.coordinates + 1):
         store(work.s, i, load(z, state.velocity + i))
     set_sliding_speeds(structure, values, now, work)
-    begin_impact(structure, values, work, limits, step, chosen)
-    pending = chosen
+    begin_impact(structure, values, work, limits, step, mask)
+    pending = mask
     diverged = none
     refused = none
+    # Solve for the impulses, and change what sticks until it agrees with them.
     for count in range(2 + IMPACT.changes * rows.frictions):
         impact_matrix(structure, method, values, now, work, pending, jumps)
         factorize(structure.pattern, work.matrix, load(work.smallest, 0), work.r)
-        again = solve_impulses(structure, values, now, work, pending)
-        refused = maximum(refused, where(diverged, again, none))
-        diverged = maximum(diverged, again)
+        retry_mask = solve_impulses(structure, values, now, work, pending)
+        refused = maximum(refused, where(diverged, retry_mask, none))
+        diverged = maximum(diverged, retry_mask)
         if count == 0 and structure.friction.follows:
             begin_sliding(structure, values, work, limits, step, pending)
             continue
-        stuck = stick_instead(structure, z, again)
-        settled = where(again, none, pending)
+        stuck = stick_instead(structure, z, retry_mask)
+        settled = where(retry_mask, none, pending)
         pending = change_sticking(structure, values, work, limits, step, settled)
         pending = maximum(pending, stuck)
         if not any_true(pending):
             break
-    add_works(structure, values, now, work, chosen, jumps)
+    # Set the works, and what friction is after the impact.
+    add_works(structure, values, now, work, mask, jumps)
     for k in range(joints.number):
         row = joints.reaction + k
-        store(z, row, where(chosen, load(work.before, row), load(z, row)))
+        store(z, row, where(mask, load(work.before, row), load(z, row)))
     for k in range(rows.frictions):
         sense = where(less(load(z, rows.speed + k), none), filled(-1.0), filled(1.0))
         if structure.friction.one_way[k]:
             sense = filled(1.0)
         if not structure.friction.switched[k]:
             mode = load(z, rows.mode + k)
-            store(z, rows.mode + k, where(chosen, sense, mode))
+            store(z, rows.mode + k, where(mask, sense, mode))
     return maximum(refused, pending)
 
 
 @compiled
-def strike_by_drive(structure, method, values, now, work, limits, chosen):
+def strike_by_drive(structure, method, values, now, work, limits, mask):
     """Perform `projection.strike` with friction that slides; return where it is refused.
 
     q̈ is the change of v, and v halfway. Multipliers are impulses, until accelerations start anew.
     """
     state = structure.state
     z = work.z
-    refused = strike_parts(structure, method, values, now, work, limits, chosen, True)
+    refused = strike_parts(structure, method, values, now, work, limits, mask, True)
     for i in range(1, state.coordinates + 1):
         before = load(work.s, i)
         v = load(z, state.velocity + i)
         row = state.acceleration + i
-        store(z, row, where(chosen, v - before, load(z, row)))
-        store(z, state.velocity + i, where(chosen, 0.5 * (before + v), v))
+        store(z, row, where(mask, v - before, load(z, row)))
+        store(z, state.velocity + i, where(mask, 0.5 * (before + v), v))
     return refused
 
 

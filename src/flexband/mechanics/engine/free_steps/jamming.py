@@ -68,6 +68,7 @@ def pass_through(structure, values, now, work):
     joints = reaction_rows(state)
     none = filled(0.0)
     components = first_component(structure)
+    # Find the reactions to the changes of friction.
     clear(r, state.velocity + 1)  # the last row may not be finite
     for k in range(rows.frictions):
         store(z, state.friction + k, load(x, k))
@@ -79,6 +80,7 @@ def pass_through(structure, values, now, work):
     refine(structure, values, work, r)
     for k in range(joints.number):
         store(z, joints.reaction + k, load(r, state.multiplier + k))
+    # Replace the changes of friction by those that the reactions cause.
     update_components(structure, values, now, z)
     for k in range(rows.frictions):
         store(x, k, none)
@@ -91,9 +93,9 @@ def pass_through(structure, values, now, work):
             nx = load(work.before, row)
             ny = load(work.before, row + 1)
             N = sqrt(nx * nx + ny * ny)
-            known = where(less(none, N), less(N, filled(1e300)), none)
-            along = (nx * dx + ny * dy) / where(known, N, filled(1.0))
-            change = where(known, along, sqrt(dx * dx + dy * dy))
+            finite_mask = where(less(none, N), less(N, filled(1e300)), none)
+            along = (nx * dx + ny * dy) / where(finite_mask, N, filled(1.0))
+            change = where(finite_mask, along, sqrt(dx * dx + dy * dy))
             mode = load(z, rows.mode + k)
             force = load(work.before, state.friction + k)
             pulled = where(less(force, none), filled(-1.0), filled(1.0))
@@ -110,6 +112,7 @@ def gain_of_friction(structure, values, now, work):
     gain = filled(1.0)
     frictions = friction_rows(structure.state).frictions
     half = JAMMING.turns // 2
+    # Factor the matrix at the state, which is kept.
     keep_state(structure, work)
     update_dependent(structure, values, now, z)
     update_distances(structure, values, z)
@@ -119,6 +122,7 @@ def gain_of_friction(structure, values, now, work):
     for row in range(structure.state.multiplier, structure.state.angle):
         store(z, row, filled(0.0))  # they may not be finite
     factorize_frictionless(structure, values, now, work)
+    # Find the spectral radius by power iteration.
     for k in range(frictions):
         store(x, k, filled(1.0 + 0.1 * k if friction.reacts[k] else 0.0))
     for turn in range(JAMMING.turns):
@@ -142,18 +146,18 @@ def find_jams(structure, values, work, failure):
     now = np.int64(0)
     none = filled(0.0)
     code = load(failure, 0)
-    suspected = none
+    suspects = none
     for reason in (FAILURE.jammed, FAILURE.diverged, FAILURE.too_small):
         same = less(magnitude(code - reason), filled(0.5))
-        suspected = maximum(suspected, same)
-    if structure.friction.follows and any_true(suspected):
+        suspects = maximum(suspects, same)
+    if structure.friction.follows and any_true(suspects):
         gain = gain_of_friction(structure, values, now, work)
         go_back(structure, work, filled(1.0))
-        jams = where(less(filled(JAMMING.jams), gain), suspected, none)
+        jams = where(less(filled(JAMMING.jams), gain), suspects, none)
         store(failure, 0, where(jams, filled(FAILURE.jammed), code))
         store(failure, 3, where(jams, gain, load(failure, 3)))
-        suspected = where(jams, none, suspected)
+        suspects = where(jams, none, suspects)
         code = load(failure, 0)
     jammed = less(magnitude(code - FAILURE.jammed), filled(0.5))
-    unsettled = where(suspected, jammed, none)
+    unsettled = where(suspects, jammed, none)
     store(failure, 0, where(unsettled, filled(FAILURE.unsettled), code))

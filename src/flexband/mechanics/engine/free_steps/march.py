@@ -117,8 +117,8 @@ def blame(trial, number, failed, failure, lost):
 
 
 @compiled
-def enter(structure, values, work, n, chosen):
-    """Begin round n where `chosen` is true; return the mask of those in which it is a step.
+def enter(structure, values, work, n, mask):
+    """Begin round n where `mask` is true; return the mask of those in which it is a step.
 
     `work.round` has its number, its length in steps of the output, the time at its start, that of
     the result which it leads to, how much of it has passed, and the functions of time in it.
@@ -129,18 +129,18 @@ def enter(structure, values, work, n, chosen):
     rows = structure.functions * COEFFICIENTS
     length = where(stepping, part, filled(1.0))
     start = load(values.moments, n - 1)
-    begun = filled(float(n)), length, start, load(values.numbers, n), none
+    round_rows = filled(float(n)), length, start, load(values.numbers, n), none
     for row in range(5):
-        store(work.round, row, where(chosen, begun[row], load(work.round, row)))
+        store(work.round, row, where(mask, round_rows[row], load(work.round, row)))
     for k in range(rows):
-        known = load(work.polynomials, k)
-        store(work.polynomials, k, where(chosen, load(values.polynomials, n * rows + k), known))
-    return where(stepping, chosen, none)
+        coefficient = load(work.polynomials, k)
+        store(work.polynomials, k, where(mask, load(values.polynomials, n * rows + k), coefficient))
+    return where(stepping, mask, none)
 
 
 @compiled
 def take_step(  # noqa: PLR0915 (a step is one story)
-    structure, method, limits, tolerance, values, work, known, stepping, failure
+    structure, method, limits, tolerance, values, work, start_redundancy, stepping, failure
 ):
     """Attempt a step of the lanes that are `stepping`.
 
@@ -154,6 +154,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     none = filled(0.0)
     now = np.int64(0)
     state = structure.state
+    # Choose the step: as planned, but no step is left that is much shorter than this.
     length = load(work.round, 1) * method.step
     elapsed = load(work.round, 4)
     time = load(work.round, 2) + elapsed
@@ -168,6 +169,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     step = where(less(planned, 0.5 * ahead), planned, step)
     step = where(stepping, step, filled(1.0) * method.step)
     ratio = step / load(work.steps, 1)
+    # Predict the motion.
     keep_state(structure, work)
     shift_accelerations(structure, z, a, ratio, stepping)
     shift_states(state, z, ratio, stepping)
@@ -186,8 +188,9 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     predict(structure, scaled, values, z, a)
     begin_states(state, z, step, stepping)
     clear(work.trial, 4)
+    # Solve the step, and estimate its error.
     failed, redundant = attempt(
-        structure, scaled, newton, values, now, work, known, stepping, work.trial
+        structure, scaled, newton, values, now, work, start_redundancy, stepping, work.trial
     )
     update_law_states(structure, values, now, z, work.blocks)
     update_gap_rates(structure, values, now, z, CONTROL.difference * step, work.blocks)
@@ -197,17 +200,18 @@ def take_step(  # noqa: PLR0915 (a step is one story)
         of_states = error_of_states(structure, values, now, work, step, method.step)
         of_states = where(less(step, 1.0001 * smallest), none, of_states)
         error = maximum(error, of_states / limits.tolerance)
-    good = where(failed, none, less(error, filled(1.0)))
+    precise_mask = where(failed, none, less(error, filled(1.0)))
+    # Accept the step if it is precise and does not pass an event.
     early, event = first_crossing(structure, values, limits, work.before, z, step)
     short = less((1.0 - event) * step, smallest)
-    early = where(good, where(short, none, early), none)
-    accepted = where(stepping, where(early, none, good), none)
+    early = where(precise_mask, where(short, none, early), none)
+    accepted = where(stepping, where(early, none, precise_mask), none)
     by_depth = where(closed, less(error, filled(0.5)), none)  # a contact asks for a shorter step
     store(work.counts, 3, where(by_depth, none, load(work.counts, 3)))
     update_sizes(structure, work, step, method.step, accepted)
     end_states(state, z, step, accepted)
     watch(structure, values, now, work, time, time + step, accepted)
-    share_forces(structure, values, now, work, accepted, redundant, known, number)
+    share_forces(structure, values, now, work, accepted, redundant, start_redundancy, number)
 
     planned = load(work.steps, 0)
     cubed = error / (step * step * step)
@@ -224,10 +228,12 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     store(work.steps, 1, where(accepted, step, load(work.steps, 1)))
     go_back(structure, work, where(accepted, none, filled(1.0)))
     store(work.round, 4, where(accepted, elapsed + step, elapsed))
+    # Change the modes at an event.
     end_impacts(structure, values, now, work, closed, accepted)
     changed, jammed = switch(structure, method, values, work, step, time + step, limits, accepted)
     follow_depths(structure, values, z, accepted)
     store(work.steps, 3, where(changed, none, load(work.steps, 3)))
+    # Give up where events follow each other without end, or no step is short enough.
     long = less(CONTROL.long_step * smallest, step)
     events = load(work.steps, 2)
     events = where(where(long, accepted, none), CONTROL.remembered * events, events) + changed
@@ -244,8 +250,8 @@ def take_step(  # noqa: PLR0915 (a step is one story)
 
 
 @compiled
-def leave(structure, method, limits, values, work, n, chosen, outputs, failure):
-    """End round n where `chosen` is true: impulses, new accelerations, and the sensors."""
+def leave(structure, method, limits, values, work, n, mask, outputs, failure):
+    """End round n where `mask` is true: impulses, new accelerations, and the sensors."""
     state = structure.state
     z = work.z
     none = filled(0.0)
@@ -253,20 +259,21 @@ def leave(structure, method, limits, values, work, n, chosen, outputs, failure):
     rounds = outputs.shape[0] - 2
     part = load(values.parts, n)
     moment = load(values.moments, n)
-    add_turns(structure, method, values, work, where(less(none, part), chosen, none))
-    still = where(less(none, part), none, chosen)
+    add_turns(structure, method, values, work, where(less(none, part), mask, none))
+    still = where(less(none, part), none, mask)
     struck = none
     jammed = none
     place = where(still, none, filled(1.0))
     length = load(work.round, 1) * method.step
     set_functions(structure.functions, values, work.polynomials, place, length)
+    # Perform a round that is no step: an impulse, or new accelerations.
     if any_true(still):
         keep_state(structure, work)
         begin_sticking(structure, values, z)
-        struck = is_impulse(part, chosen)
+        struck = is_impulse(part, mask)
         if any_true(struck) and state.angle > state.friction:
             jammed = strike_by_drive(structure, method, values, now, work, limits, struck)
-        break_off(structure, method, values, now, work, part, chosen)
+        break_off(structure, method, values, now, work, part, mask)
         update_law_states(structure, values, now, z, work.blocks)
         span = CONTROL.difference * load(work.steps, 0)
         update_gap_rates(structure, values, now, z, span, work.blocks)
@@ -275,21 +282,22 @@ def leave(structure, method, limits, values, work, n, chosen, outputs, failure):
         watch(structure, values, now, work, moment, moment, restarted)
         go_back(structure, work, where(still, none, filled(1.0)))
         step = load(work.steps, 0)
-        _, more = switch(structure, method, values, work, step, moment, limits, still)
-        jammed = note_failure(failure, FAILURE.jammed, maximum(jammed, more))
+        _, switch_jams = switch(structure, method, values, work, step, moment, limits, still)
+        jammed = note_failure(failure, FAILURE.jammed, maximum(jammed, switch_jams))
         store(failure, 1, where(jammed, load(values.numbers, n), load(failure, 1)))
         follow_depths(structure, values, z, still)
+    # Write the sensors' rows of the lanes that end this round.
     sensed = outputs[rounds + 1]
     rows = outputs[n]
     sense(structure, values, now, z, sensed, work.blocks)
     for row in range(outputs.shape[1]):
-        store(rows, row, where(chosen, load(sensed, row), load(rows, row)))
+        store(rows, row, where(mask, load(sensed, row), load(rows, row)))
     if any_true(struck):
         finish_impulse(structure, z, struck)
     for k in range(states_to_keep(structure)):
         if kept_at(k, rounds) == n:
-            keep(structure, z, work.kept, k, chosen)
-    store(work.reached, 0, where(chosen, filled(float(n)), load(work.reached, 0)))
+            keep(structure, z, work.snapshots, k, mask)
+    store(work.reached, 0, where(mask, filled(float(n)), load(work.reached, 0)))
 
 
 @compiled
@@ -299,12 +307,13 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
     none = filled(0.0)
     now = np.int64(0)
     begin_steps(structure, work)
+    # Set the first steps and the modes of lanes that do not go on from another motion.
     anew = less(load(work.steps, 1), filled(SHORTEST_STEP))
     for row in range(2):
         first = filled(CONTROL.first) * method.step
         fresh = less(load(work.steps, row), filled(SHORTEST_STEP))
         store(work.steps, row, where(fresh, first, load(work.steps, row)))
-    known = load(failure, 3)
+    start_redundancy = load(failure, 3)
     span = CONTROL.difference * load(work.steps, 0)
     update_gap_rates(structure, values, now, z, span, work.blocks)
     begin_modes(structure, method, values, work, limits, failure, anew)
@@ -313,6 +322,7 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
     rounds = outputs.shape[0] - 2
     arrived = alive
     store(work.round, 0, none)
+    # Let each lane end its round and enter the next one, then step all of them.
     while True:
         while any_true(arrived):
             n = np.int64(first_true(load(work.round, 0), arrived))
@@ -329,7 +339,7 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
         if not any_true(alive) or any_true(load(stop, 0)):
             break
         arrived, lost = take_step(
-            structure, method, limits, tolerance, values, work, known, alive, failure
+            structure, method, limits, tolerance, values, work, start_redundancy, alive, failure
         )
         alive = where(lost, none, alive)
     if structure.state.angle > structure.state.friction:

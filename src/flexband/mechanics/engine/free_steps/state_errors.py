@@ -62,12 +62,12 @@ def _size(places, work, k, step, longest):
 
 
 @compiled
-def update_sizes(structure, work, step, longest, chosen):
-    """Set the sizes of states after a step where `chosen` is true."""
+def update_sizes(structure, work, step, longest, mask):
+    """Set the sizes of states after a step where `mask` is true."""
     places = rows_of_states(structure.state)
     for k in range(places.states):
         size = _size(places, work, k, step, longest)
-        store(work.z, places.size + k, where(chosen, size, load(work.z, places.size + k)))
+        store(work.z, places.size + k, where(mask, size, load(work.z, places.size + k)))
 
 
 @compiled

@@ -101,6 +101,7 @@ def update_margins(structure, values, now, work, limits, step):
     gaps = rows_of_gaps(state)
     first = gaps.number - rows.frictions
     if rows.frictions > 0:
+        # Update the normal forces, sliding speeds and their rates.
         update_dependent(structure, values, now, z)
         clear(work.r, state.velocity)
         update_friction(structure, values, now, z, work.r)
@@ -109,15 +110,16 @@ def update_margins(structure, values, now, work, limits, step):
         for k in range(rows.frictions):
             _, N, _ = sums_of_line(structure, values, z, k)
             u = load(z, rows.speed + k)
-            held = sticks(state, z, k)
+            # Set the margin of friction k.
+            stick_mask = sticks(state, z, k)
             idle = where(less(none, N), none, filled(1.0))  # it may slide in any sense
             sense = where(less(u, none), filled(-1.0), filled(1.0))
             sense = where(idle, sense, load(z, rows.mode + k))
             slid = sense * u + rest_speed(structure, values, limits, step, k)
-            margin = where(held, -excess(structure, values, z, k), slid)
-            rate = where(held, none, -sense * load(work.r, state.friction + k))
+            margin = where(stick_mask, -excess(structure, values, z, k), slid)
+            rate = where(stick_mask, none, -sense * load(work.r, state.friction + k))
             if structure.friction.switched[k]:
-                margin = where(held, N, -N)
+                margin = where(stick_mask, N, -N)
                 rate = none
             if structure.friction.earlier[k] >= 0:
                 follower = follows(structure, z, k)
@@ -130,53 +132,56 @@ def update_margins(structure, values, now, work, limits, step):
 
 
 @compiled
-def begin_to_stick(structure, values, now, work, limits, step, chosen):
+def begin_to_stick(structure, values, now, work, limits, step, mask):
     """Let all that is at rest stick where it is, and slide what is not, in its sense."""
     state = structure.state
     z = work.z
     r = work.r
     none = filled(0.0)
     rows = friction_rows(state)
+    # Update the normal forces and sliding speeds, and set r to the travels.
     update_dependent(structure, values, now, z)
     clear(r, state.velocity)
     update_friction(structure, values, now, z, r)
     add_constraints(structure.friction.terms, values.friction.terms, values.functions, now, z, r)
     for k in range(rows.frictions):
-        held = sticks(state, z, k)
+        stick_mask = sticks(state, z, k)
         u = load(z, rows.speed + k)
         _, N, _ = sums_of_line(structure, values, z, k)
         sense = where(less(u, none), filled(-1.0), filled(1.0))
-        back = less(u * load(z, rows.mode + k), none)  # beyond the event at which it comes to rest
+        # Beyond the event at which it comes to rest, it slides back.
+        reversal = less(u * load(z, rows.mode + k), none)
         if structure.friction.one_way[k]:
             sense = filled(1.0)
-            back = less(u, none)
-        slow = less(magnitude(u), 2.0 * rest_speed(structure, values, limits, step, k))
+            reversal = less(u, none)
+        slow_mask = less(magnitude(u), 2.0 * rest_speed(structure, values, limits, step, k))
         if not structure.friction.switched[k]:  # an impact moves what stuck before
-            held = where(held, slow, none)
-        rest = where(less(none, N), maximum(slow, where(held, none, back)), none)
-        new = where(held, load(z, rows.mode + k), where(rest, filled(MODE.sticks), sense))
-        stopped = where(held, none, rest)
+            stick_mask = where(stick_mask, slow_mask, none)
+        rest = where(less(none, N), maximum(slow_mask, where(stick_mask, none, reversal)), none)
+        new = where(stick_mask, load(z, rows.mode + k), where(rest, filled(MODE.sticks), sense))
+        stopped = where(stick_mask, none, rest)
         if is_in_line(structure, k):
             new = where(is_closed(structure, z, k), new, sense)
             stopped = filled(1.0)
+        # Set the anchor of what begins to stick to its travel.
         travel = load(r, state.friction + k)
         if structure.friction.switched[k]:
             rest = less(none, N)
-            new = where(rest, filled(MODE.sticks), filled(MODE.free))
+            new = where(rest, filled(MODE.sticks), filled(MODE.inactive))
             travel = allowed_place(structure, values, k, travel)
             force = load(z, state.friction + k)
-            store(z, state.friction + k, where(rest, force, where(chosen, none, force)))
-            stopped = where(held, none, rest)
-        stopped = where(chosen, stopped, none)
+            store(z, state.friction + k, where(rest, force, where(mask, none, force)))
+            stopped = where(stick_mask, none, rest)
+        stopped = where(mask, stopped, none)
         store(z, rows.anchor + k, where(stopped, travel, load(z, rows.anchor + k)))
-        store(z, rows.mode + k, where(chosen, new, load(z, rows.mode + k)))
+        store(z, rows.mode + k, where(mask, new, load(z, rows.mode + k)))
         if not is_in_line(structure, k):
             store(z, state.friction + k, where(stopped, none, load(z, state.friction + k)))
-    follow_first(structure, z, chosen)
+    follow_first(structure, z, mask)
 
 
 @compiled
-def follow_first(structure, z, chosen):
+def follow_first(structure, z, mask):
     """Let what follows another have the mode of that one."""
     first = friction_rows(structure.state).mode
     friction = structure.friction
@@ -186,7 +191,7 @@ def follow_first(structure, z, chosen):
             n = friction.earlier[k]
             while n >= 0:  # the last that is found is the first of the line
                 closed = where(follows(structure, z, k), is_closed(structure, z, n), filled(0.0))
-                mode = where(where(chosen, closed, filled(0.0)), load(z, first + n), mode)
+                mode = where(where(mask, closed, filled(0.0)), load(z, first + n), mode)
                 n = friction.earlier[n]
             store(z, first + k, mode)
 
@@ -197,12 +202,12 @@ def allowed_place(structure, values, k, travel):
     off = travel
     if structure.friction.angular[k]:
         off = travel - math.tau * nearest_whole(travel / math.tau)
-    far = less(load(values.friction.static, k), magnitude(off))
-    return where(far, filled(np.nan), travel)
+    out_of_range = less(load(values.friction.static, k), magnitude(off))
+    return where(out_of_range, filled(np.nan), travel)
 
 
 @compiled
-def bring_to_rest(structure, values, now, work, chosen):
+def bring_to_rest(structure, values, now, work, mask):
     """Project the velocities of what sticks, and of what begins to slide against its speed."""
     state = structure.state
     z = work.z
@@ -210,24 +215,27 @@ def bring_to_rest(structure, values, now, work, chosen):
     none = filled(0.0)
     rows = friction_rows(state)
     switched = structure.friction.switched
+    # Let stick for now what moves against the sense in which it begins to slide.
     for k in range(rows.frictions):
         sense = load(z, rows.mode + k)
-        against = where(chosen, less(sense * load(z, rows.speed + k), none), none)
+        against = where(mask, less(sense * load(z, rows.speed + k), none), none)
         store(z, rows.speed + k, sense)
         store(z, rows.mode + k, where(against, filled(MODE.sticks), sense))
+    # Project the velocities.
     mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
     factorize(structure.pattern, work.matrix, load(work.smallest, 0), r)
     clear(r, state.velocity)
     subtract_speed_errors(structure, values, now, z, r)
     for k in range(rows.frictions):
         if switched[k]:
-            store(z, rows.turn + k, where(chosen, -load(r, state.friction + k), none))
+            store(z, rows.turn + k, where(mask, -load(r, state.friction + k), none))
     solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
     refine(structure, values, work, r)
-    add_rows(z, state.velocity, r, 1, state.multiplier, chosen)
+    add_rows(z, state.velocity, r, 1, state.multiplier, mask)
+    # Add up the losses of joints that become active, and restore the modes.
     for k in range(rows.frictions):
         if switched[k]:
-            impulse = where(chosen, load(r, state.friction + k), none)
+            impulse = where(mask, load(r, state.friction + k), none)
             add_to(z, rows.distance + k, 0.5 * load(z, rows.turn + k) * impulse)
         store(z, rows.mode + k, load(z, rows.speed + k))
 
@@ -251,7 +259,7 @@ def looseness(structure, values, z, k, change_of_speed, still):
 
 
 @compiled
-def change_modes(structure, values, now, work, limits, step, chosen):
+def change_modes(structure, values, now, work, limits, step, mask):
     """Let slide what is loosest, and stick what slides back; return where any does.
 
     q̈ and λ are those of the present modes. One friction is released at a time: with others that
@@ -264,6 +272,7 @@ def change_modes(structure, values, now, work, limits, step, chosen):
     sliding_rates(structure, values, now, work)
     changed = none
     loosest = none
+    # Find what is loosest.
     largest = greatest(z, state.acceleration, values.inverse_scale, state.coordinates)
     rounding = STICK.still * step * largest
     for k in range(rows.frictions):
@@ -273,24 +282,25 @@ def change_modes(structure, values, now, work, limits, step, chosen):
         loose = looseness(structure, values, z, k, change_of_speed, still)
         loosest = maximum(loosest, loose)
     for k in range(rows.frictions):
+        # Release the loosest one, and let stick what slides back.
         sense = load(z, rows.mode + k)
-        held = sticks(state, z, k)
+        stick_mask = sticks(state, z, k)
         force, N, _ = sums_of_line(structure, values, z, k)
-        slow = rest_speed(structure, values, limits, step, k)
-        still = slow + rounding * length_unit(structure, values, k)
+        speed_limit = rest_speed(structure, values, limits, step, k)
+        still = speed_limit + rounding * length_unit(structure, values, k)
         change_of_speed = -load(work.r, state.friction + k) * step
         loose = looseness(structure, values, z, k, change_of_speed, still)
         released = where(less(none, loose), where(less(loose, loosest), none, filled(1.0)), none)
         moves = less(filled(0.5 * MOVES), loose)
         pulled = where(less(where(moves, change_of_speed, force), none), filled(-1.0), filled(1.0))
-        back = less(sense * change_of_speed, -still)
-        at_rest = less(magnitude(load(z, rows.speed + k)), 4.0 * slow)
-        back = where(held, none, where(at_rest, back, none))
-        back = where(less(none, N), back, none)
+        reversal = less(sense * change_of_speed, -still)
+        at_rest = less(magnitude(load(z, rows.speed + k)), 4.0 * speed_limit)
+        reversal = where(stick_mask, none, where(at_rest, reversal, none))
+        reversal = where(less(none, N), reversal, none)
         if structure.friction.earlier[k] >= 0:
-            back = where(follows(structure, z, k), none, back)
-        new = where(released, pulled, where(back, filled(MODE.sticks), sense))
-        change = where(chosen, maximum(released, back), none)
+            reversal = where(follows(structure, z, k), none, reversal)
+        new = where(released, pulled, where(reversal, filled(MODE.sticks), sense))
+        change = where(mask, maximum(released, reversal), none)
         store(z, rows.mode + k, where(change, new, sense))
         changed = maximum(changed, change)
     follow_first(structure, z, changed)
@@ -308,7 +318,7 @@ def may_jam(structure):
 
 
 @compiled
-def is_struck(structure, values, work, limits, step, chosen):
+def is_struck(structure, values, work, limits, step, mask):
     """Return where a joint that becomes active, or a clutch that locks, stops a speed at once."""
     z = work.z
     rows = friction_rows(structure.state)
@@ -318,12 +328,12 @@ def is_struck(structure, values, work, limits, step, chosen):
             rest = 2.0 * rest_speed(structure, values, limits, step, k)
             moves = less(rest, magnitude(load(z, rows.speed + k)))
             moves = where(sticks(structure.state, z, k), moves, filled(0.0))
-            struck = maximum(struck, where(chosen, moves, filled(0.0)))
+            struck = maximum(struck, where(mask, moves, filled(0.0)))
     return struck
 
 
 @compiled
-def settle_modes(structure, method, values, now, work, limits, chosen):
+def settle_modes(structure, method, values, now, work, limits, mask):
     """Set modes, q̈ and λ at an event; return how many multipliers are left out, and what jams.
 
     `method` is that of a step of the output. What becomes active or locks changes the velocities
@@ -333,31 +343,34 @@ def settle_modes(structure, method, values, now, work, limits, chosen):
     state = structure.state
     rows = friction_rows(structure.state)
     none = filled(0.0)
-    pending = chosen
+    pending = mask
     left_out = none
     if rows.frictions == 0:
-        return accelerate(structure, values, now, work, chosen), none
-    begin_to_stick(structure, values, now, work, limits, step, chosen)
-    struck = is_struck(structure, values, work, limits, step, chosen)
+        return accelerate(structure, values, now, work, mask), none
+    # Begin with what is at rest, after the impact of what becomes active or locks.
+    begin_to_stick(structure, values, now, work, limits, step, mask)
+    struck = is_struck(structure, values, work, limits, step, mask)
     refused = none
     if any_true(struck):
         refused = strike_parts(structure, method, values, now, work, limits, struck, False)
         begin_to_stick(structure, values, now, work, limits, step, struck)
+    # Change the modes until they agree with the accelerations.
     begin_sticking(structure, values, work.z)
     for _ in range(1 + STICK.changes * rows.frictions):
-        more = accelerate(structure, values, now, work, pending)
-        left_out = where(pending, more, left_out)
+        omissions = accelerate(structure, values, now, work, pending)
+        left_out = where(pending, omissions, left_out)
         pending = change_modes(structure, values, now, work, limits, step, pending)
         if not any_true(pending):
             break
-    bring_to_rest(structure, values, now, work, chosen)
+    bring_to_rest(structure, values, now, work, mask)
+    # Note where none agree, or the motion is not finite.
     if not may_jam(structure):
         pending = none
-    jammed = where(chosen, maximum(pending, refused), none)
+    jammed = where(mask, maximum(pending, refused), none)
     for k in range(1, state.coordinates + 1):
         finite = less(magnitude(load(work.z, state.acceleration + k)), filled(np.inf))
-        jammed = where(finite, jammed, chosen)
+        jammed = where(finite, jammed, mask)
     for k in range(rows.frictions):
         finite = less(magnitude(load(work.z, rows.anchor + k)), filled(np.inf))
-        jammed = where(finite, jammed, chosen)
+        jammed = where(finite, jammed, mask)
     return left_out, jammed

@@ -191,6 +191,7 @@ def add_beam_forces(beams, values, z, velocity, r):
     for e in range(len(beams.first)):
         first = beams.first[e]
         il = load(values.inverse_length, e)
+        # Elements that follow each other share a node.
         if e == 0 or beams.first[e - 1] + 6 != first:
             node_j = _node(z, first)
         node_i = node_j  # pyright: ignore[reportPossiblyUnboundVariable]
@@ -200,6 +201,7 @@ def add_beam_forces(beams, values, z, velocity, r):
         (tx, ty), _, cos, _ = element[0]
         sheared = _by_shear(forces, element)
         M = forces[3]
+        # Add the forces on the chord.
         along = forces[1] * cos
         force = times(forces[4], change_row(element[1], element[2]))
         force = plus(force, along, middle_row(tx, ty))
@@ -209,6 +211,7 @@ def add_beam_forces(beams, values, z, velocity, r):
         add_to(r, first + 1, -uy)
         add_to(r, first + 6, ux)
         add_to(r, first + 7, uy)
+        # Add those on the sections of both nodes.
         N = forces[0]
         Q = forces[5]
         b = forces[7]
@@ -244,6 +247,7 @@ def add_beam_tangent(beams, values, z, velocity, weight, rate, matrix, blocks):
         first = beams.first[e]
         il = load(values.inverse_length, e)
         slot = beams.slot[e]
+        # Elements that follow each other share a node.
         if e == 0 or beams.first[e - 1] + 6 != first:
             node_j = _node(z, first)
         node_i = node_j  # pyright: ignore[reportPossiblyUnboundVariable]
@@ -256,8 +260,10 @@ def add_beam_tangent(beams, values, z, velocity, weight, rate, matrix, blocks):
             c = scale_stiffness(c[0:9], factor, bending) + times(factor, c[9:14])
         sheared = _by_shear(forces, element)
         M = forces[3]
+        # Add the second derivatives by the chord and the slopes.
         _sum_tangent(c, forces, sheared, node_i, node_j, element, blocks)
         add_line_tangent(slot, 2, 6, 8, il, weight, blocks, matrix)
+        # Add those by the sections of both nodes, and what couples these.
         N = forces[0]
         Q = forces[5]
         b = forces[7]
@@ -266,10 +272,10 @@ def add_beam_tangent(beams, values, z, velocity, weight, rate, matrix, blocks):
         Q = forces[6]
         b = forces[8]
         _add_section(slot, 1, il, weight, M - sheared, N, Q, b, c[13], node_j, blocks, matrix)
-        both = load(blocks, SUM + VARIABLES * 6 + 7)
+        coupling = load(blocks, SUM + VARIABLES * 6 + 7)
         fi = node_i[5]
         fj = node_j[5]
-        block = times(both * fi[0], fj) + times(both * fi[1], fj)
+        block = times(coupling * fi[0], fj) + times(coupling * fi[1], fj)
         add_block(matrix, slot, 4, 10, weight, block)
 
 
@@ -354,6 +360,7 @@ def _sum_tangent(c, forces, sheared, node_i, node_j, element, blocks):
     add_middle((N * sin * sin, (tx, ty)), (N * cos * cos, (-ty, tx)), blocks)
     add_change_of_curvature(forces[4], bent_1, bent_2, blocks)
 
+    # Those of the sections, and the terms that couple both nodes.
     _add_node(1, sheared, forces[0], forces[5], c[3], c[9], node_i, blocks)
     _add_node(2, sheared, forces[2], forces[6], c[5], c[11], node_j, blocks)
     axial = c[4]

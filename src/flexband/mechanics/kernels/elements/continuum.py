@@ -164,6 +164,7 @@ def add_continuum_tangent(elements, values, z, velocity, weight, rate, matrix, b
 @compiled
 def _scatter_tangent(slot, il, weight, matrix, blocks):
     """Sum the blocks of the Gauss points and add them to `matrix`."""
+    # Blocks of the places and slopes of the nodes.
     uu = _sum3(blocks, PP, PRODUCTS[0, 0])
     r_i = 0
     r_j = 6
@@ -177,6 +178,7 @@ def _scatter_tangent(slot, il, weight, matrix, blocks):
         for a in range(1, b + 1):
             gg = _sum3(blocks, PP, PRODUCTS[a, b])
             add_block(matrix, slot, P_COORDINATE[a], P_COORDINATE[b], weight, gg)
+    # Blocks that couple these with the directors.
     w_factor = (-il, il)
     for a in range(3):
         pw = _sum4(blocks, PW, SHAPES[a])
@@ -187,6 +189,7 @@ def _scatter_tangent(slot, il, weight, matrix, blocks):
                 add_block(matrix, slot, r_j, D_COORDINATE[b], weight * il, block)
             else:
                 add_block(matrix, slot, P_COORDINATE[a], D_COORDINATE[b], weight, block)
+    # Blocks of the directors.
     ww = _sum3(blocks, WW, ONES)
     wd = _sum4(blocks, WD, SHAPES[D_SHAPE[0]]), _sum4(blocks, WD, SHAPES[D_SHAPE[1]])
     for a in range(2):

@@ -19,11 +19,11 @@ from flexband.mechanics.kernels.lanes import add_to, compiled, load, store
 @compiled
 def update_free_strains(elements, values, functions, now):
     """Set the strains without stress to those at the start and Σ c f(t)."""
-    for n in range(len(elements.free)):
-        store(values.stiffness, elements.free[n], load(values.at_start, n))
-    for n in range(len(elements.free)):
-        strain = load(values.free, n) * load(functions, now + elements.f[n])
-        add_to(values.stiffness, elements.free[n], strain)
+    for n in range(len(elements.free_strain_rows)):
+        store(values.stiffness, elements.free_strain_rows[n], load(values.at_start, n))
+    for n in range(len(elements.free_strain_rows)):
+        strain = load(values.free_strain_factors, n) * load(functions, now + elements.f[n])
+        add_to(values.stiffness, elements.free_strain_rows[n], strain)
 
 
 @compiled

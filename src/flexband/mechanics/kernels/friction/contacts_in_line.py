@@ -48,10 +48,10 @@ def follows(structure, z, k):
 @compiled
 def holds(structure, z, k):
     """Return where friction k sticks by a constraint of its own."""
-    held = sticks(structure.state, z, k)
+    hold_mask = sticks(structure.state, z, k)
     if structure.friction.earlier[k] >= 0:
-        held = where(follows(structure, z, k), filled(0.0), held)
-    return held
+        hold_mask = where(follows(structure, z, k), filled(0.0), hold_mask)
+    return hold_mask
 
 
 @compiled

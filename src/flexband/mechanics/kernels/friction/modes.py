@@ -10,7 +10,7 @@ from flexband.mechanics.kernels.lanes import compiled, filled, less, load
 class Modes(NamedTuple):
     """Modes of friction that are not the sign of a sliding speed."""
 
-    free: float = 0.0
+    inactive: float = 0.0
     sticks: float = 2.0
 
 

@@ -8,8 +8,8 @@ multiplier is given,
     λ = ±µ(u) N + c u,   µ(u) = µk + (µs − µk) exp(−(u/v)²),
 
 with the sign of u. The mode is held while a step is taken: `MODE.sticks`, or the sign of u, or
-`MODE.free`, without a force. N is a sum of lengths of vectors in the state. The derivatives of λ by
-the state are not in the matrix, which remains symmetric.
+`MODE.inactive`, without a force. N is a sum of lengths of vectors in the state. The derivatives of
+λ by the state are not in the matrix, which remains symmetric.
 
 Where N is a reaction, it is that of the projected accelerations: those of Newton's method have
 errors of a sign, whose friction would slow down what turns. So N is held while Newton's method
@@ -64,7 +64,7 @@ class FollowOptions(NamedTuple):
     """Squared sine of the angle between two changes that count as parallel."""
     ratio: float = 0.995
     """Of their sizes, beyond which they are not summed up."""
-    least: float = 1e-7
+    reference_floor: float = 1e-7
     """Part of m v² over the size to which changes are relative at least: less is rounding."""
 
 
@@ -120,10 +120,10 @@ def hold_circles(structure, values, z, r):
         k = friction.of_orbit[n]
         t = friction.orbit_term[n]
         now = distance_of_centres(structure, values, z, n)
-        held = sticks(state, z, k)
+        stick_mask = sticks(state, z, k)
         before = load(z, rows.distance + k)
         before = where(less(filled(0.0), before), before, now)
-        mean = where(held, 0.5 * (before + now), now)
+        mean = where(stick_mask, 0.5 * (before + now), now)
         store(numbers.terms, t, load(numbers.orbits, n) * mean)
         if n == 0 or friction.of_orbit[n - 1] != k:
             add_to(r, state.friction + k, -mean * load(z, rows.turn + k))
@@ -161,6 +161,7 @@ def update_friction(structure, values, now, z, r):
     state = structure.state
     rows = friction_rows(state)
     components = first_component(structure)
+    # Sum up the normal forces.
     for k in range(rows.frictions):
         store(z, rows.normal + k, filled(0.0))
     update_components(structure, values, now, z)
@@ -170,6 +171,7 @@ def update_friction(structure, values, now, z, r):
         x = load(z, row)
         y = load(z, row + 1)
         add_to(z, rows.normal + k, x if friction.switched[k] else sqrt(x * x + y * y))
+    # Find the sliding speeds and the forces of what slides.
     update_distances(structure, values, z)
     subtract_velocity_errors(structure, values, friction.terms, numbers.terms, now, z, r)
     for k in range(rows.frictions):
@@ -223,12 +225,12 @@ def force_of_motion(structure, values, z):
 
 
 @compiled
-def carry_reactions(structure, values, z, chosen, begins):
-    """Let normal forces follow the reactions of the `chosen` lanes; return how much these change.
+def carry_reactions(structure, values, z, mask, begins):
+    """Let normal forces follow the reactions of lanes in `mask`; return how much these change.
 
-    That is relative to the largest one, to a millionth of the largest so far, or to the `least`
-    part of the forces that turn the motion, whichever is most. Changes before it `begins` do not
-    count.
+    That is relative to the largest one, to a millionth of the largest so far, or to the part
+    `reference_floor` of the forces that turn the motion, whichever is most. Changes before it
+    `begins` do not count.
     """
     friction = structure.friction
     state = structure.state
@@ -241,9 +243,11 @@ def carry_reactions(structure, values, z, chosen, begins):
     count = rows.number
     first = rows.reaction
     past = rows.change
+    # Find the size that changes are relative to.
     for i in range(1, state.coordinates + 1):
         largest = maximum(largest, 1e-6 * magnitude(load(values.weight, i)))
-    largest = maximum(largest, FOLLOW.least * force_of_motion(structure, values, z))
+    largest = maximum(largest, FOLLOW.reference_floor * force_of_motion(structure, values, z))
+    # Compare the changes with those before.
     squares = none
     products = none
     others = none
@@ -253,6 +257,7 @@ def carry_reactions(structure, values, z, chosen, begins):
         squares = squares + last * last
         products = products + last * step
         others = others + step * step
+    # Sum up the geometric series where they are parallel.
     scale = where(less(none, squares), squares, filled(1.0))
     ratio = products / scale
     skew = others - ratio * products
@@ -266,13 +271,14 @@ def carry_reactions(structure, values, z, chosen, begins):
         last = none if begins else load(z, past + k)
         change = maximum(change, magnitude(step))
         largest = maximum(largest, magnitude(reaction))
-        store(z, first + k, where(chosen, before + factor * step, before))
-        store(z, past + k, where(chosen, where(parallel, none, step), last))
-    known = load(z, rows.largest)
-    store(z, rows.largest, where(chosen, maximum(known, largest), known))
-    largest = maximum(largest, 1e-6 * known)
+        store(z, first + k, where(mask, before + factor * step, before))
+        store(z, past + k, where(mask, where(parallel, none, step), last))
+    # Return the change relative to the largest reaction.
+    largest_so_far = load(z, rows.largest)
+    store(z, rows.largest, where(mask, maximum(largest_so_far, largest), largest_so_far))
+    largest = maximum(largest, 1e-6 * largest_so_far)
     ratio = where(less(none, largest), change / largest, none)
-    return where(chosen, ratio, none)
+    return where(mask, ratio, none)
 
 
 @compiled
@@ -308,12 +314,12 @@ def add_jacobian(structure, values, now, z, weight, matrix):
         structure, values, friction.terms, values.friction.terms, now, z, weight, matrix
     )
     for n in range(len(friction.slot)):
-        held = holds(structure, z, friction.of_slot[n])
+        hold_mask = holds(structure, z, friction.of_slot[n])
         entry = load(matrix, friction.slot[n])
-        store(matrix, friction.slot[n], where(held, entry, filled(0.0)))
+        store(matrix, friction.slot[n], where(hold_mask, entry, filled(0.0)))
     for k in range(len(friction.diagonal)):
-        held = holds(structure, z, k)
-        store(matrix, friction.diagonal[k], where(held, filled(0.0), filled(1.0)))
+        hold_mask = holds(structure, z, k)
+        store(matrix, friction.diagonal[k], where(hold_mask, filled(0.0), filled(1.0)))
 
 
 @compiled
@@ -355,7 +361,7 @@ def subtract_drift_of_circles(structure, values, z, r, s):
         u, v = vector_rate(structure, values, z, z, state.velocity, friction.centres[n])
         angle = friction.terms.j[friction.orbit_term[n]] - state.angle
         turning = polar_rate(structure, values, z, z, state.velocity, angle)
-        apart = (x * u + y * v) / (sqrt(x * x + y * y) + 1e-100)
-        drift = load(values.friction.orbits, n) * apart * turning
+        distance_rate = (x * u + y * v) / (sqrt(x * x + y * y) + 1e-100)
+        drift = load(values.friction.orbits, n) * distance_rate * turning
         add_to(r, state.friction + friction.of_orbit[n], -drift)
         add_to(s, state.friction + friction.of_orbit[n], -drift)

@@ -112,12 +112,14 @@ def fill(structure, values, now, z, s, memory):
     """Write time, parameters, positions and velocities, and what is known of the states."""
     laws = structure.laws
     state = structure.state
+    # Time and parameters.
     store(memory, 0, load(values.functions, now + laws.time))
     begin = laws.parameter_start[s]
     for k in range(begin, laws.parameter_start[s + 1]):
         value = load(values.laws, k) * load(values.functions, now + laws.f[k])
         store(memory, 1 + k - begin, value)
     rows = layout(laws, s)
+    # Positions and velocities.
     for p in range(rows.first, rows.end):
         row = AXES * (p - rows.first)
         a = laws.angle + p
@@ -126,13 +128,14 @@ def fill(structure, values, now, z, s, memory):
         rate = angle_rate(structure, values, z, a)
         store_rows(memory, rows.x + row, (px, py, load(z, state.angle + a)))
         store_rows(memory, rows.v + row, (vx, vy, rate))
+    # What is known of the states, and modes of gaps.
     places = rows_of_states(state)
     for k in range(rows.states):
         before = load(z, places.y0 + rows.state + k)
         w = load(z, places.w + rows.state + k)
-        known = before + load(z, places.rule) * w
-        store(memory, rows.y + k, before + (known - before) / FIRST_SHARE)
-        store(memory, rows.y + rows.states + k, known)
+        explicit_part = before + load(z, places.rule) * w
+        store(memory, rows.y + k, before + (explicit_part - before) / FIRST_SHARE)
+        store(memory, rows.y + rows.states + k, explicit_part)
         store(memory, rows.y + 2 * rows.states + k, load(z, places.rule + 1))
     gaps = rows_of_gaps(state)
     for k in range(rows.gaps):
@@ -169,24 +172,26 @@ def start_states(structure, values, z, memory):
     for s in range(len(laws.address)):
         fill(structure, values, 0, z, s, memory)
         rows = layout(laws, s)
+        # Set the states, and all gaps as open.
         for k in range(rows.states):
-            given = load(values.law_states, rows.state + k)
-            steady = less(filled(0.5 * MARK.steady), given)
-            known = where(steady, filled(0.0), given)
-            store(memory, rows.y + k, known)
-            store(memory, rows.y + rows.states + k, known)
+            start_value = load(values.law_states, rows.state + k)
+            steady = less(filled(0.5 * MARK.steady), start_value)
+            value = where(steady, filled(0.0), start_value)
+            store(memory, rows.y + k, value)
+            store(memory, rows.y + rows.states + k, value)
             tau = where(steady, filled(MARK.solved), filled(0.0))
             store(memory, rows.y + 2 * rows.states + k, tau)
         for k in range(rows.gaps):
             store(memory, rows.mode + k, filled(1.0))
         if rows.states + rows.gaps > 0:
             _call(laws, state, z, s, memory)
+        # Set the modes of the gaps that the law has computed.
         for k in range(rows.gaps):
             open_ = less(filled(0.0), load(z, gaps.value + rows.gap + k))
             mode = where(open_, filled(MARK.at_rest), filled(-MARK.at_rest))
             place = gaps.mode + rows.gap + k
-            known = load(z, place)
-            mode = where(known, known, mode)
+            old_mode = load(z, place)
+            mode = where(old_mode, old_mode, mode)
             store(memory, rows.mode + k, mode)
             store(z, place, mode)
         if rows.gaps > 0:
@@ -345,6 +350,7 @@ def add_law_tangent(  # noqa: PLR0912
         B = rows.B
         KB = B + axes * count
         step = difference(laws, state, z, s, size)
+        # Set the steps of differences, and let the law find its derivatives K.
         for j in range(axes):
             nudge = step if _moves(structure, rows, j) else filled(0.0)
             if j % AXES < 2:
@@ -358,6 +364,7 @@ def add_law_tangent(  # noqa: PLR0912
         else:
             store(memory, rows.differentiated, filled(1.0))
             call_at(laws.address[s], memory, 0)
+        # Multiply the symmetric part of K by B.
         _fill_derivatives(structure, values, z, s, memory, B)
         for i in range(axes):
             for c in range(count if _moves(structure, rows, i) else 0):
@@ -367,6 +374,7 @@ def add_law_tangent(  # noqa: PLR0912
                         symmetric = load(memory, K + i * axes + j) + load(memory, K + j * axes + i)
                         total += 0.5 * symmetric * load(memory, B + j * count + c)
                 store(memory, KB + i * count + c, total)
+        # Add Bᵀ times that.
         for c in range(count):
             for d in range(c, count):
                 total = filled(0.0)

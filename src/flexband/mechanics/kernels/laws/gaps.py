@@ -20,12 +20,14 @@ def _move(structure, values, z, s, time, memory):
     state = structure.state
     rows = layout(structure.laws, s)
     add_to(memory, 0, time)
+    # Move the parameters and the positions.
     begin = laws.parameter_start[s]
     for k in range(begin, laws.parameter_start[s + 1]):
         change = load(values.laws, k) * load(values.rates, laws.f[k])
         add_to(memory, 1 + k - begin, time * change)
     for row in range(AXES * (rows.end - rows.first)):
         add_to(memory, rows.x + row, time * load(memory, rows.v + row))
+    # Move the velocities.
     for p in range(rows.first, rows.end):
         row = rows.v + AXES * (p - rows.first)
         a = laws.angle + p
@@ -35,6 +37,7 @@ def _move(structure, values, z, s, time, memory):
         add_to(memory, row, time * ax)
         add_to(memory, row + 1, time * ay)
         add_to(memory, row + 2, time * turning)
+    # Move the states, which are held then.
     places = rows_of_states(state)
     for k in range(rows.states):
         row = rows.state + k

@@ -63,48 +63,48 @@ def rows_of_states(state):
 
 
 @compiled
-def _hold(rows, z, chosen):
-    """Set y₀ to y where `chosen` is true."""
+def _hold(rows, z, mask):
+    """Set y₀ to y where `mask` is true."""
     for k in range(rows.states):
-        store(z, rows.y0 + k, where(chosen, load(z, rows.y + k), load(z, rows.y0 + k)))
+        store(z, rows.y0 + k, where(mask, load(z, rows.y + k), load(z, rows.y0 + k)))
 
 
 @compiled
-def hold_states(state, z, chosen):
-    """Hold y where `chosen` is true, until a first step, of Euler's method, begins."""
+def hold_states(state, z, mask):
+    """Hold y where `mask` is true, until a first step, of Euler's method, begins."""
     rows = rows_of_states(state)
     if rows.states > 0:
         for row in range(rows.rule, rows.rule + 3):
-            store(z, row, where(chosen, filled(0.0), load(z, row)))
-        _hold(rows, z, chosen)
+            store(z, row, where(mask, filled(0.0), load(z, row)))
+        _hold(rows, z, mask)
 
 
 @compiled
-def begin_states(state, z, h, chosen):
-    """Begin a step of length h from y where `chosen` is true."""
+def begin_states(state, z, h, mask):
+    """Begin a step of length h from y where `mask` is true."""
     rows = rows_of_states(state)
     rule = rows.rule
     if rows.states > 0:
         share = load(z, rule + 2)
-        store(z, rule, where(chosen, h * share, load(z, rule)))
-        store(z, rule + 1, where(chosen, h * (1.0 - share), load(z, rule + 1)))
-        _hold(rows, z, chosen)
+        store(z, rule, where(mask, h * share, load(z, rule)))
+        store(z, rule + 1, where(mask, h * (1.0 - share), load(z, rule + 1)))
+        _hold(rows, z, mask)
 
 
 @compiled
-def end_states(state, z, h, chosen):
-    """End a step of length h: set w₁ = (y₁ − y₀)/h and hold y₁ where `chosen` is true."""
+def end_states(state, z, h, mask):
+    """End a step of length h: set w₁ = (y₁ − y₀)/h and hold y₁ where `mask` is true."""
     rows = rows_of_states(state)
     for k in range(rows.states):
         w = (load(z, rows.y + k) - load(z, rows.y0 + k)) / h
-        store(z, rows.w + k, where(chosen, w, load(z, rows.w + k)))
-    hold_states(state, z, chosen)
+        store(z, rows.w + k, where(mask, w, load(z, rows.w + k)))
+    hold_states(state, z, mask)
     if rows.states > 0:
-        store(z, rows.rule + 2, where(chosen, filled(FIRST_SHARE), load(z, rows.rule + 2)))
+        store(z, rows.rule + 2, where(mask, filled(FIRST_SHARE), load(z, rows.rule + 2)))
 
 
 @compiled
-def shift_states(state, z, ratio, chosen):
+def shift_states(state, z, ratio, mask):
     """Set w, the rate half a step earlier, to that half of another step earlier.
 
     `ratio` is the length of the new step over that of the one before.
@@ -113,4 +113,4 @@ def shift_states(state, z, ratio, chosen):
     for k in range(rows.states):
         w = load(z, rows.w + k)
         present = load(z, rows.rate + k)
-        store(z, rows.w + k, where(chosen, present + ratio * (w - present), w))
+        store(z, rows.w + k, where(mask, present + ratio * (w - present), w))

@@ -31,8 +31,9 @@ def cos_and_sin(angles, start, cos, sin):
         max_angle = max(max_angle, abs(angles[q] - start))
     if max_angle > LARGEST:
         for q in range(len(angles)):
-            cos[q] = np.cos(angles[q] - start)
-            sin[q] = np.sin(angles[q] - start)
+            angle = angles[q] - start
+            cos[q] = np.cos(angle)
+            sin[q] = np.sin(angle)
         return
     for q in range(len(angles)):
         x = angles[q] - start

@@ -69,10 +69,10 @@ def study_html(study: Study) -> str:
 def surrogate_html(surrogate: AnySurrogate) -> str:
     """Return a table of a surrogate: its outputs, runs, expected error and inputs."""
     if isinstance(surrogate, SurrogateOfChoices):
-        given = surrogate.given
+        given = surrogate.user_inputs
         several = list(surrogate.surrogates.values())
     else:
-        given = surrogate.space.given
+        given = surrogate.space.user_inputs
         several = [surrogate]
     labels = several[0].labels
     sizes = [f"{dim} ({size})" for dim, size in labels.sizes.items() if dim != "sample"]

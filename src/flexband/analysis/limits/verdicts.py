@@ -57,7 +57,7 @@ def uncertain_inputs(
     if contributions is None:
         return None
     spaces = [case.space for case in surrogates_of(surrogate).values()]
-    chosen = {name for space in spaces for name in space.chosen}
+    chosen = {name for space in spaces for name in space.design_inputs}
     kept = [k for k, name in enumerate(contributions["name"].values) if str(name) not in chosen]
     return contributions.isel(name=kept) if kept else None
 

@@ -37,6 +37,7 @@ def cubic_spline(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
         return scipy.interpolate.CubicSpline(x, y, axis=-1)(at)
     y = np.moveaxis(y, -1, 0)
     dx = np.diff(x).astype(float).reshape(-1, *np.ones(y.ndim - 1, int))
+    # Solve for the derivatives at the knots, with not-a-knot ends.
     slope = np.diff(y, axis=0) / dx
     start = x[2] - x[0]
     end = x[-1] - x[-3]
@@ -56,6 +57,7 @@ def cubic_spline(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
     derivative = solved.reshape(y.shape)
     bend = (derivative[:-1] + derivative[1:] - 2 * slope) / dx
     terms = y[:-1], derivative[:-1], (slope - derivative[:-1]) / dx - bend, bend / dx
+    # Evaluate the cubic of each piece.
     piece = np.minimum(np.searchsorted(x, at, side="right") - 1, len(x) - 2)
     s = (at - x[piece]).astype(float).reshape(-1, *np.ones(y.ndim - 1, int))
     values = terms[0][piece]

@@ -107,24 +107,24 @@ def extension(recurrence: Recurrence, points: Sequence[float], count: int) -> np
     return np.zeros(0) if np.iscomplexobj(roots) else roots
 
 
-def _arrange(recurrence: Recurrence, points: list[float], further: np.ndarray) -> list[float]:
+def _arrange(recurrence: Recurrence, points: list[float], candidates: np.ndarray) -> list[float]:
     """Return points with further ones in the order of a Leja sequence, opposites together."""
     points = [*points]
-    while len(further):
-        points.append(_next(recurrence, further, points))
-        opposite = further[np.abs(further + points[-1]) < 1e-9]
+    while len(candidates):
+        points.append(_next(recurrence, candidates, points))
+        opposite = candidates[np.abs(candidates + points[-1]) < 1e-9]
         points += opposite.tolist()
-        further = further[~np.isin(further, points)]
+        candidates = candidates[~np.isin(candidates, points)]
     return points
 
 
 def _is_possible(
-    y: np.ndarray, points: Sequence[float], ends: np.ndarray, apart: float = 0.05
+    y: np.ndarray, points: Sequence[float], ends: np.ndarray, min_distance: float = 0.05
 ) -> bool:
-    """Return whether there are further points, between the ends and apart, in deviations."""
+    """Return whether points y exist, lie between the ends, and keep a distance in deviations."""
     if not len(y) or y.min() < ends[0] or y.max() > ends[1]:
         return False
-    return bool(np.diff(np.sort([*points, *y])).min() > apart)
+    return bool(np.diff(np.sort([*points, *y])).min() > min_distance)
 
 
 def _cubic_pair(recurrence: Recurrence, ends: np.ndarray) -> list[float]:

@@ -222,9 +222,9 @@ def not_finite(
     reason = f"the response is {f'larger than {LARGEST:g}' if finite else 'not finite'}"
     k = int(np.flatnonzero(bad)[0])
     inputs = space.numbers_at(xi, eta).items()
-    shown = ", ".join(f"{n} = {v[k]:.9g}" for n, v in inputs)
+    inputs_text = ", ".join(f"{n} = {v[k]:.9g}" for n, v in inputs)
     hint = _of_other_sign(space, xi[bad], eta[bad])
-    text = f"{reason} in {bad.sum()} of {number_of(len(values), 'run')}, e.g. {shown}"
+    text = f"{reason} in {bad.sum()} of {number_of(len(values), 'run')}, e.g. {inputs_text}"
     if finite:
         hint = f"It reaches {size[bad].max():.3g}, and its square overflows: choose another unit"
     return reason, text + (f". {hint}" if hint else ""), bad

@@ -74,13 +74,15 @@ def part_of(space: Space, changes: GivenInputs) -> NarrowedInputs:
     if not changes:
         raise InputError(f"narrowed needs at least one of {', '.join(space.inputs)}")
     changes = {name: float(c) if is_number(c) else c for name, c in changes.items()}
+    # Start with the whole of every old variable.
     first = _numbers_of_variables(space)
     total = space.interval_dimension + space.random_dimension
     center = np.zeros(total)
     radius = np.full(total, np.inf)
-    given = dict(space.given)
+    inputs = dict(space.user_inputs)
     owners = dict[str, Input]()
     substitutions = {}
+    # Replace the inputs that change, and note where the new ones are in the old variables.
     for name, change in changes.items():
         old = _old(space, name)
         owner, _, parameter = name.rpartition(".")
@@ -92,14 +94,15 @@ def part_of(space: Space, changes: GivenInputs) -> NarrowedInputs:
         except InputError as error:
             raise InputError(f"{name}: {error}") from None
         if name in space.parameters:  # it stays an interval, maybe of no width
-            kept = Interval(change, change) if is_number(change) else new
-            owners[owner] = owners.get(owner, space.inputs[owner]).replaced({parameter: kept})
+            interval = Interval(change, change) if is_number(change) else new
+            owners[owner] = owners.get(owner, space.inputs[owner]).replaced({parameter: interval})
         else:
-            given[name] = change if is_number(change) else new
+            inputs[name] = change if is_number(change) else new
         for k, (substitution, *where) in enumerate(parts, first[name]):
             substitutions[k], (center[k], radius[k]) = substitution, where
+    # A p-box whose midpoints move has another family of polynomials.
     unit = np.concatenate([np.ones(space.interval_dimension), _units(space)])
-    narrower = Space({**given, **owners})
+    narrower = Space({**inputs, **owners})
     for name, old in space.inputs.items():
         new = narrower.inputs[name]
         if isinstance(old, PBox) and isinstance(new, PBox) and old.family != new.family:

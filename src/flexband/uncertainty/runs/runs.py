@@ -307,7 +307,7 @@ class CountedRuns:
             self.progress(self.done, self.done)
         xi = np.concatenate([call[0] for level in self.levels for call in level.calls])
         counts = {"runs": self.done + self.explored, "runs_repeated": self.repeated}
-        inputs = in_words(self.space.given)
+        inputs = in_words(self.space.user_inputs)
         texts = {"method": repr(self.method), "inputs": inputs, "versions": versions()}
         failed = self.evaluations.failures
         if self.reused:

@@ -71,8 +71,8 @@ def sets_of_variables(
 
 def _orders(highest: int, variables: int) -> np.ndarray:
     """Return the orders of all terms but the constant, (terms, variables)."""
-    every = np.array(list(product(range(highest + 1), repeat=variables)))
-    return every[(every.sum(axis=1) > 0) & (every.sum(axis=1) <= highest)]
+    orders = np.array(list(product(range(highest + 1), repeat=variables)))
+    return orders[(orders.sum(axis=1) > 0) & (orders.sum(axis=1) <= highest)]
 
 
 def _values(index: np.ndarray, values: np.ndarray, variable: int, order: int) -> np.ndarray:

@@ -117,6 +117,7 @@ class RandomField(Field):
         for name in ("correlation_length", "tolerance"):
             check_positive(f"RandomField {name}", getattr(self, name))
         check_option("RandomField distribution", self.distribution, ("normal", "lognormal"))
+        # Check mean and scatter at all ends of intervals.
         for mean, std in product(*map(_ends, (self.mean, self.std))):
             if not callable(std):
                 check_positive("RandomField std", std)
@@ -128,6 +129,7 @@ class RandomField(Field):
             raise InputError(f"RandomField tolerance must be below 1; got {self.tolerance:g}")
         for name in ("correlation", "discretization"):
             check_function(f"RandomField {name}", getattr(self, name))
+        # Check what determines the expansion.
         for name, smallest, largest in (("terms", 1, None), ("nodes", 2, MAX_NODES)):
             if (count := getattr(self, name)) is not None:
                 count = check_integer(f"RandomField {name}", count, smallest, largest)

@@ -40,9 +40,11 @@ class DiscretePolynomials:
     @cached_property
     def _recurrence(self) -> Recurrence:
         count = len(self.points)
-        plain = Recurrence(*stieltjes(self._x, np.array(self.probabilities), count), np.zeros(0))
-        sizes = np.abs(orthonormal(plain, count - 1, self._x)).max(axis=0)
-        return plain._replace(sizes=sizes)
+        recurrence = Recurrence(
+            *stieltjes(self._x, np.array(self.probabilities), count), np.zeros(0)
+        )
+        sizes = np.abs(orthonormal(recurrence, count - 1, self._x)).max(axis=0)
+        return recurrence._replace(sizes=sizes)
 
     def nearest(self, x: np.ndarray) -> np.ndarray:
         """Return the number of the value that is nearest to each x."""

@@ -214,9 +214,9 @@ class HybridExpansion:
     def placed(self, rows: int, total_rows: int, places: np.ndarray) -> HybridExpansion:
         """Return an expansion of `total_rows` rows, zero but for those at `places`, of this one."""
         series = self.coefficients.reshape(len(self.index), rows, -1)
-        wide = np.zeros((len(series), total_rows, series.shape[2]))
-        wide[:, places] = series
-        return replace(self, coefficients=wide.reshape(len(wide), -1))
+        coefficients = np.zeros((len(series), total_rows, series.shape[2]))
+        coefficients[:, places] = series
+        return replace(self, coefficients=coefficients.reshape(len(coefficients), -1))
 
     def constant(self, values: np.ndarray | float) -> HybridExpansion:
         """Return the expansion of constant series."""

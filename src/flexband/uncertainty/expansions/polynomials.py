@@ -18,9 +18,9 @@ def scaled_chebyshev_zeros(order: int) -> np.ndarray:
     if order == 0:
         return np.zeros(1)
     zeros = chebyshev_zeros(order)
-    scaled = zeros / zeros[0]
-    scaled[[0, -1]] = 1.0, -1.0
-    return scaled
+    nodes = zeros / zeros[0]
+    nodes[[0, -1]] = 1.0, -1.0
+    return nodes
 
 
 def chebyshev_values(order: int, eta: np.ndarray) -> np.ndarray:
@@ -53,8 +53,8 @@ def cubic_spline(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
     bands[0, 1:] = [start, *h[:-1]]
     bands[1] = [h[1], *(2 * (h[:-1] + h[1:])), h[-2]]
     bands[2, :-1] = [*h[1:], end]
-    solved = scipy.linalg.solve_banded((1, 1), bands, right.reshape(len(x), -1))
-    derivative = solved.reshape(y.shape)
+    solution = scipy.linalg.solve_banded((1, 1), bands, right.reshape(len(x), -1))
+    derivative = solution.reshape(y.shape)
     bend = (derivative[:-1] + derivative[1:] - 2 * slope) / dx
     terms = y[:-1], derivative[:-1], (slope - derivative[:-1]) / dx - bend, bend / dx
     # Evaluate the cubic of each piece.

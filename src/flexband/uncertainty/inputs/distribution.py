@@ -80,11 +80,11 @@ class Distribution(Input):
             return
         super().__post_init__()
         self.check()
-        unremarked = 1e-3  # part of the variance that polynomials of the highest order may miss
-        if isinstance(self.family, Hermite) and (missed := self._missed()) > unremarked:
+        remark_limit = 1e-3  # part of the variance that polynomials of the highest order may miss
+        if isinstance(self.family, Hermite) and (missing_share := self._missed()) > remark_limit:
             warn(
                 f"{self!r} has a heavy tail: expansions up to order {HERMITE.highest} miss "
-                f"{100 * missed:.2g} % of its variance; use LHSScanning with many samples"
+                f"{100 * missing_share:.2g} % of its variance; use LHSScanning with many samples"
             )
 
     def __repr__(self) -> str:

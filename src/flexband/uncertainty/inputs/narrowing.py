@@ -51,21 +51,25 @@ class NarrowedInputs:
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return how far old η and ξ, (points, m + n), are from the part, 0 inside, (points,)."""
-        beyond = (farthest(points - self.center, self.discs) - self.radius) / self.unit
-        return np.maximum(beyond, 0.0).max(axis=1, initial=0.0)
+        excess = (farthest(points - self.center, self.discs) - self.radius) / self.unit
+        return np.maximum(excess, 0.0).max(axis=1, initial=0.0)
 
     def points(self, old: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return new ξ and η of old η and ξ, (points, m + n), about, if they are not linear."""
-        changed = np.isfinite(self.radius) & (self.radius > 0)
-        gone = {k for k, substitution in self.substitutions.items() if not substitution.remains}
-        columns = [k for k in range(old.shape[1]) if k not in gone]
-        new = np.where(changed, (old - self.center) / np.where(changed, self.radius, 1.0), old)
+        change_mask = np.isfinite(self.radius) & (self.radius > 0)
+        fixed_columns = {
+            k for k, substitution in self.substitutions.items() if not substitution.remains
+        }
+        columns = [k for k in range(old.shape[1]) if k not in fixed_columns]
+        new = np.where(
+            change_mask, (old - self.center) / np.where(change_mask, self.radius, 1.0), old
+        )
         m = self.space.interval_dimension
-        new = np.where(np.isfinite(self.radius) & ~changed, 0.0, new)[:, columns]
-        scaled = changed[columns]
-        scaled[:m] = False
+        new = np.where(np.isfinite(self.radius) & ~change_mask, 0.0, new)[:, columns]
+        scale_mask = change_mask[columns]
+        scale_mask[:m] = False
         units = np.concatenate([np.ones(m), _units(self.space)])
-        new[:, scaled] *= units[scaled]
+        new[:, scale_mask] *= units[scale_mask]
         return new[:, m:], new[:, :m]
 
 
@@ -257,14 +261,14 @@ def _of_distribution(old: Distribution, new: Input) -> Placed:
 def _of_field(old: RandomField, new: RandomField) -> list[Placed]:
     before = old.std
     after = new.std
-    changed = [f.name for f in fields(old) if getattr(old, f.name) != getattr(new, f.name)]
+    differences = [f.name for f in fields(old) if getattr(old, f.name) != getattr(new, f.name)]
     if (
-        changed != ["std"]
+        differences != ["std"]
         or not (is_number(before) and is_number(after))
         or old.distribution != "normal"
     ):
         raise InputError(
-            f"a normal RandomField can be narrowed in its std, a number; {', '.join(changed)} "
+            f"a normal RandomField can be narrowed in its std, a number; {', '.join(differences)} "
             "of the new one differ"
         )
     ratio = float(after) / float(before)

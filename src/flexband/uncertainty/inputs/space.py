@@ -242,8 +242,8 @@ class Space:
 
         def joined(*, random: bool) -> np.ndarray:
             blocks = [columns[name] for name in self.of_kind(random=random)]
-            repeated = (np.broadcast_to(c, (runs, c.shape[1])) for c in blocks)
-            return np.concatenate([np.zeros((runs, 0)), *repeated], axis=1)
+            full_blocks = (np.broadcast_to(c, (runs, c.shape[1])) for c in blocks)
+            return np.concatenate([np.zeros((runs, 0)), *full_blocks], axis=1)
 
         xi = joined(random=True)
         if self.factor is not None:
@@ -300,15 +300,15 @@ def check_names(response: ResponseFunction, inputs: GivenInputs) -> None:
     keywords = {
         p.name: p for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)
     }
-    unknown = [name for name in names if name not in keywords]
-    if unknown and not open_ended:
+    unknown_names = [name for name in names if name not in keywords]
+    if unknown_names and not open_ended:
         raise InputError(
-            f"inputs name {', '.join(unknown)}, which the response does not take; "
+            f"inputs name {', '.join(unknown_names)}, which the response does not take; "
             f"it takes {', '.join(keywords) or 'nothing'}"
         )
-    missing = [n for n, p in keywords.items() if p.default is p.empty and n not in names]
-    if missing:
-        raise InputError(f"the response needs {', '.join(missing)}, which inputs do not name")
+    missing_names = [n for n, p in keywords.items() if p.default is p.empty and n not in names]
+    if missing_names:
+        raise InputError(f"the response needs {', '.join(missing_names)}, which inputs do not name")
 
 
 def error_words(error: Exception, inputs: GivenInputs) -> str:
@@ -333,12 +333,12 @@ def locate_fields(
     Raise `InputError` if fewer than two positions are evaluated.
     """
     new_inputs = dict(inputs)
-    loose = {k: field for k, field in fields_of(inputs).items() if field.domain is None}
-    if not loose:
+    loose_fields = {k: field for k, field in fields_of(inputs).items() if field.domain is None}
+    if not loose_fields:
         return new_inputs, 0
 
     # Functions in place of the fields record the positions.
-    positions: dict[str, list[np.ndarray]] = {name: [] for name in loose}
+    positions: dict[str, list[np.ndarray]] = {name: [] for name in loose_fields}
 
     def nominal(name: str, field: Field) -> FunctionOfPosition:
         def value(x: np.ndarray) -> np.ndarray:
@@ -354,14 +354,16 @@ def locate_fields(
 
     # Evaluate the response with the nominal fields at the ends of all intervals.
     case_inputs = first_case(inputs)
-    space = Space({name: input_ for name, input_ in case_inputs.items() if name not in loose})
+    space = Space(
+        {name: input_ for name, input_ in case_inputs.items() if name not in loose_fields}
+    )
     m = space.interval_dimension
     ends = np.array([-1.0, 1.0])
     eta = tensor_points([ends] * m) if m <= 4 else np.concatenate([np.eye(m), -np.eye(m)])
     means = [family.gauss(1)[0] for family in space.families]
     runs = len(eta)
     values = space.arguments_at(tensor_points(means).repeat(runs, axis=0), eta)
-    values |= {name: nominal(name, field) for name, field in loose.items()}
+    values |= {name: nominal(name, field) for name, field in loose_fields.items()}
     try:
         response(**values)
     except Exception as error:
@@ -372,7 +374,7 @@ def locate_fields(
             raise
         raise RunError(error_words(error, inputs), {}) from error
     # The domains span all positions.
-    for name, field in loose.items():
+    for name, field in loose_fields.items():
         x = np.concatenate([np.zeros(0), *positions[name]])
         if not len(x) or np.ptp(x) == 0:
             raise InputError(

@@ -80,15 +80,16 @@ def cases(inputs: GivenInputs) -> dict[str, dict[str, GivenInput]]:
     check_instance("inputs", inputs, Mapping, "a dict of names and inputs")
     choices = choices_of(inputs)
     inputs_by_label = {}
-    combined = list(product(*(choice.options for choice in choices.values())))
-    if len(combined) > max_cases:
+    combinations = list(product(*(choice.options for choice in choices.values())))
+    if len(combinations) > max_cases:
         raise InputError(
-            f"choices must have {number_of(max_cases, 'combination')} or fewer; got {len(combined)}"
+            f"choices must have {number_of(max_cases, 'combination')} or fewer; "
+            f"got {len(combinations)}"
         )
-    for options in combined:
-        fixed = {name: Constant(option) for name, option in zip(choices, options, strict=True)}
-        inputs_by_label[", ".join(map(str, options))] = {**inputs, **fixed}
-    if len(inputs_by_label) < len(combined):
+    for options in combinations:
+        constants = {name: Constant(option) for name, option in zip(choices, options, strict=True)}
+        inputs_by_label[", ".join(map(str, options))] = {**inputs, **constants}
+    if len(inputs_by_label) < len(combinations):
         raise InputError("options must differ also as texts that are joined by commas")
     return inputs_by_label
 

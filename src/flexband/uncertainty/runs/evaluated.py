@@ -144,10 +144,12 @@ class Evaluated:
         points = tuple(v[runs] for v in self.points)
         error = outcome.error
         value = outcome.value
-        bad = {}
+        failures = {}
         if isinstance(error, RunError) and error.results is not None:
             value = error.results
-            bad = {int(runs[k]): f"at {t:g} s: {why}" for k, (t, why) in error.failures.items()}
+            failures = {
+                int(runs[k]): f"at {t:g} s: {why}" for k, (t, why) in error.failures.items()
+            }
         elif error is not None:
             scalar = None  # once it has returned values for arrays, it is none
             if self.labels is None:
@@ -161,16 +163,16 @@ class Evaluated:
             error = self._of_one_sample(runs, wrong) or wrong
             return without_values(str(error), error)
         reason, text, wrong = not_finite(values, self.space, *points)
-        if bad:
+        if failures:
             assert error is not None
             error = explain_error(error, self.space, *points)
         elif reason:
-            bad = dict.fromkeys(map(int, runs[wrong]), reason)
+            failures = dict.fromkeys(map(int, runs[wrong]), reason)
             error = InputError(text)
-        if not bad:
+        if not failures:
             return runs, values, {}, error
-        good_mask = ~np.isin(runs, list(bad))
-        return runs[good_mask], values[good_mask], bad, error
+        good_mask = ~np.isin(runs, list(failures))
+        return runs[good_mask], values[good_mask], failures, error
 
     def _of_one_sample(self, runs: np.ndarray, error: Exception) -> InputError | None:
         """Return what `of_one_sample` does, once: it calls the response."""

@@ -169,16 +169,16 @@ class Evaluations:
             for number, outcome in outcomes:
                 part, seconds = parts[number], outcome.seconds / len(parts[number])
                 evaluation.remark(part, outcome.remarks)
-                good_runs, values, bad, error = evaluation.judged(part, outcome)
+                good_runs, values, failures, error = evaluation.judged(part, outcome)
                 if values is not None and len(good_runs):
                     evaluation.take(good_runs, values)
                     evaluation.write(good_runs, values, "", seconds)
                     advance(len(good_runs))
-                if error is not None and not bad and self.failed == "stop":
+                if error is not None and not failures and self.failed == "stop":
                     raise error
-                if error is not None and not bad:
+                if error is not None and not failures:
                     unclear.append(part)
-                for run, reason in bad.items():
+                for run, reason in failures.items():
                     failed[run] = reason, error, seconds
                 if failed and self.failed != "half step":
                     self._fail(evaluation, failed, advance)

@@ -43,7 +43,7 @@ def start_fine_enough(runs: CountedRuns) -> None:
     if not runs.base_level.description.by_default:
         return
     listener().stage("the first runs, which tell if the default of the step is short enough")
-    allowed = OPTIONS.share * (runs.method.aimed_error or OPTIONS.tolerance)
+    max_error = OPTIONS.share * (runs.method.aimed_error or OPTIONS.tolerance)
     coarse = _outputs(runs, runs.start)
     before = np.inf
     output_mask = np.array(True)
@@ -59,10 +59,10 @@ def start_fine_enough(runs: CountedRuns) -> None:
         output_mask = output_mask & (error * OPTIONS.least_fall < before)
         # Stop if this error is allowed, or that of the finer level, which is smaller.
         worst = np.max(error, where=output_mask, initial=0.0)
-        if worst <= allowed:
+        if worst <= max_error:
             return
         runs.start = next_level
-        if worst <= OPTIONS.fall * allowed:
+        if worst <= OPTIONS.fall * max_error:
             return
         before = error
         coarse = fine
@@ -86,5 +86,5 @@ def errors(coarse: np.ndarray, fine: np.ndarray, of: Quantities) -> np.ndarray:
     size = np.abs(fine).max(axis=(0, 2))
     spread = largest_of(spread, of.of)
     size = largest_of(size, of.of)
-    none = spread <= OPTIONS.rounding * size
-    return np.where(none, 0.0, error / np.where(none, 1.0, spread))
+    zero_mask = spread <= OPTIONS.rounding * size
+    return np.where(zero_mask, 0.0, error / np.where(zero_mask, 1.0, spread))

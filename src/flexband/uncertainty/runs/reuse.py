@@ -71,8 +71,8 @@ def generic_runs(
         return none
     xi, eta = (np.concatenate(parts) for parts in zip(*points, strict=True))
     values = record.read(runs[rows])[0]
-    recorded = record.remarks(runs[rows])
-    remarks = {k: remarks_in(text) for k, text in enumerate(recorded) if text}
+    remark_texts = record.remarks(runs[rows])
+    remarks = {k: remarks_in(text) for k, text in enumerate(remark_texts) if text}
     return xi, eta, values, collected_remarks(space, (xi, eta), remarks)
 
 
@@ -80,13 +80,15 @@ def locate_domains(
     response: ResponseFunction, inputs: GivenInputs, store: Store | None
 ) -> tuple[dict[str, GivenInput], int]:
     """Return what `locate_fields` does, or the domains that `keep_domains` has written."""
-    loose = {k: field for k, field in fields_of(inputs).items() if field.domain is None}
-    if store is not None and loose:
+    loose_fields = {k: field for k, field in fields_of(inputs).items() if field.domain is None}
+    if store is not None and loose_fields:
         with suppress(OSError, ValueError, TypeError, KeyError, InputError):
             content = read_json(Path(store.folder) / FileName.DOMAINS)
             if content["owner"] == _owner(response, store):
                 domains = content["domains"]
-                new_fields = {n: field.placed(tuple(domains[n])) for n, field in loose.items()}
+                new_fields = {
+                    n: field.placed(tuple(domains[n])) for n, field in loose_fields.items()
+                }
                 return {**inputs, **new_fields}, 0
     return locate_fields(response, inputs)
 

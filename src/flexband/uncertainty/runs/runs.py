@@ -54,27 +54,27 @@ def in_cases(
     check_names(function, inputs)
     response = as_response(function)
     with without_warnings(ResolutionWarning):
-        new_inputs, explored = locate_domains(function, inputs, as_store(options.store))
+        new_inputs, exploration_runs = locate_domains(function, inputs, as_store(options.store))
     all_inputs = cases(new_inputs)
     results: dict[str, Result] = {}
-    finished = 0
+    finished_runs = 0
     labels = None
     budget = None
 
     def advance(done: int, total: int) -> None:
         nonlocal budget
         remaining = len(all_inputs) - len(results)
-        overall_total = finished + total * remaining
+        overall_total = finished_runs + total * remaining
         if isinstance(total, Budget):
             budget = total
         if budget and (total is budget or remaining > 1):
             overall_total = Budget.from_levels(overall_total, budget.each)
         if options.progress is not None:
-            options.progress(finished + done, overall_total)
+            options.progress(finished_runs + done, overall_total)
 
     # Solve for each combination, with the labels of the ones before.
     with evaluations(function, new_inputs, options) as evaluate:
-        if explored:
+        if exploration_runs:
             keep_domains(function, new_inputs, evaluate.record)
         for label, case_inputs in all_inputs.items():
             runs = CountedRuns(
@@ -82,11 +82,11 @@ def in_cases(
             )
             runs.labels = labels
             runs.case = label
-            runs.explored = explored
+            runs.exploration_runs = exploration_runs
             runs.check_left_out()
             results[label] = solve(runs)
             labels = runs.labels
-            finished = finished + runs.done
+            finished_runs = finished_runs + runs.done
     return results
 
 
@@ -126,7 +126,7 @@ class CountedRuns:
         self.evaluations = evaluations
         self.progress = progress
         self.case = ""
-        self.explored = 0
+        self.exploration_runs = 0
         self.check = options.check
         self.stored: np.ndarray | None = None
         self.reused = 0
@@ -311,7 +311,7 @@ class CountedRuns:
         if self.budget > self.done or isinstance(self.budget, Budget):
             self.progress(self.done, self.done)
         xi = np.concatenate([call[0] for level in self.levels for call in level.calls])
-        counts = {"runs": self.done + self.explored, "runs_repeated": self.repeated}
+        counts = {"runs": self.done + self.exploration_runs, "runs_repeated": self.repeated}
         inputs = in_words(self.space.user_inputs)
         texts = {"method": repr(self.method), "inputs": inputs, "versions": versions()}
         failed = self.evaluations.failures
@@ -348,30 +348,36 @@ class CountedRuns:
         if names is None or self.labels is None or "output" not in self.labels.coords:
             return {}
         output_names = self.labels["output"].values.astype(str).tolist()
-        varying = [name for name in output_names if name not in names]
+        varying_names = [name for name in output_names if name not in names]
         all_constant = int(all(pair.constant for pair in plays.values()))
-        return {"constant_offsets": varying, "offsets_stated": all_constant} if varying else {}
+        return (
+            {"constant_offsets": varying_names, "offsets_stated": all_constant}
+            if varying_names
+            else {}
+        )
 
     def _check_inputs(self) -> None:
         """Warn of inputs that change no output; the budget may pay for runs that prove it."""
         unread = never_read(self.response.original, self.space.inputs)
         level = max(self.levels, key=lambda level: sum(len(call[0]) for call in level.calls))
-        idle = {}
-        likely = []
+        idle_inputs = {}
+        suspects = []
         if not level.all_have_effects:
-            idle, likely = self._without_effect(level.calls)
-        likely = [name for name in likely if name not in unread]
-        probe_points = probes(self.space, likely)
-        if likely and self.done + len(probe_points[0]) <= self.total:
+            idle_inputs, suspects = self._without_effect(level.calls)
+        suspects = [name for name in suspects if name not in unread]
+        probe_points = probes(self.space, suspects)
+        if suspects and self.done + len(probe_points[0]) <= self.total:
             with suppress(Exception), without_warnings(ResolutionWarning):  # failures prove nothing
                 values = self(level.response, (), *probe_points).values
-                still = self._without_effect([(*probe_points, values)])[1]
-                idle |= {name: len(probe_points[0]) for name in likely if name in still}
+                idle_names = self._without_effect([(*probe_points, values)])[1]
+                idle_inputs |= {
+                    name: len(probe_points[0]) for name in suspects if name in idle_names
+                }
         for name in self.space.uncertain:
             if name in unread:
                 warn(f"input {name!r} changes no output: the response never reads it")
-            elif name in idle:
-                where = " at the two values of it that were run" if idle[name] == 2 else ""
+            elif name in idle_inputs:
+                where = " at the two values of it that were run" if idle_inputs[name] == 2 else ""
                 warn(f"input {name!r} changes no output{where}")
 
     def _without_effect(self, calls: list[Call]) -> tuple[dict[str, int], list[str]]:

@@ -64,8 +64,8 @@ def read_archive(file: Path) -> Archive:
         if len(set(names)) < len(names):
             raise ValueError("two arrays of one name")
         arrays = {name.removesuffix(".npy"): _array(archive.read(name)) for name in names}
-    written = str(arrays.pop(DIGEST, ""))
-    intact = written == digest(arrays)
+    stored_digest = str(arrays.pop(DIGEST, ""))
+    intact = stored_digest == digest(arrays)
     text = str(arrays.pop(TEXT))
     return Archive(json.loads(text, parse_constant=_refuse), arrays, intact)
 

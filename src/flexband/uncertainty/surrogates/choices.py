@@ -86,7 +86,7 @@ def verified_choices(verifications: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Return the results of `verify` of every combination of options, along the dim "choice"."""
     joint = xr.concat(list(verifications.values()), "choice", combine_attrs="drop", join="exact")
     first = next(iter(verifications.values())).attrs
-    confirmed = [
+    confirmations = [
         VerificationRecord.read(verification).confirmed for verification in verifications.values()
     ]
     counts = {
@@ -94,7 +94,9 @@ def verified_choices(verifications: Mapping[str, xr.Dataset]) -> xr.Dataset:
         for name in ("runs", "runs_failed")
     }
     attrs = {name: sum(of_cases) for name, of_cases in counts.items() if of_cases} | {
-        "confirmed": next((word for word in ("no", "yes") if word in confirmed), confirmed[0]),
+        "confirmed": next(
+            (word for word in ("no", "yes") if word in confirmations), confirmations[0]
+        ),
         "verdict": ". ".join(f"{k}: {v.attrs['verdict']}" for k, v in verifications.items()),
     }
     attrs |= carried(*(verification.attrs for verification in verifications.values()))
@@ -153,11 +155,11 @@ class SurrogateOfChoices:
         order = []
         for label in dict.fromkeys(labels.tolist()):
             rows = np.flatnonzero(labels == label)
-            some = {
+            row_values = {
                 k: np.asarray(v)[rows] if np.shape(v)[:1] == (count,) else v
                 for k, v in others.items()
             }
-            part = self.surrogates[label].evaluate(**some)
+            part = self.surrogates[label].evaluate(**row_values)
             parts.append(part.isel(sample=np.zeros(len(rows), int)) if len(part) == 1 else part)
             order.append(rows)
         joint: xr.DataArray = xr.concat(parts, "sample")  # pyright: ignore

@@ -43,8 +43,8 @@ def check(surrogate: Surrogate) -> None:
             "versions took outputs without a time for one: make the surrogate again"
         )
     # Check the corrections and the held-out runs.
-    corrected = surrogate.expansions if surrogate.correction else ()
-    for expansion, part in zip(corrected, surrogate.correction, strict=True):
+    expansions = surrogate.expansions if surrogate.correction else ()
+    for expansion, part in zip(expansions, surrogate.correction, strict=True):
         shapes = expansion.hybrid.coefficients.shape[1], part.hybrid.coefficients.shape[1]
         if shapes[0] != shapes[1] or not np.array_equal(expansion.outputs, part.outputs):
             raise InputError("a correction must be that of its expansions")

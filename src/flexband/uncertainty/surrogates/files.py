@@ -172,8 +172,8 @@ def load_surrogate(file: str | Path, *, outdated: bool = False) -> Surrogate | S
         with without_warnings():  # which were given when it was made
             return _choices(about, arrays) if "parts" in about else _surrogate(about, arrays)
     except OutdatedError as error:
-        opened = "load_surrogate(file, outdated=True) opens it as it is"
-        raise OutdatedError(f"{file}: {error}, and {opened}") from None
+        hint = "load_surrogate(file, outdated=True) opens it as it is"
+        raise OutdatedError(f"{file}: {error}, and {hint}") from None
     except InputError as error:
         raise InputError(f"{file}: {error}") from None
     except Exception:  # whatever a damaged file raises
@@ -195,8 +195,8 @@ def same_expansions(
 
 
 def _same_expansions(first: Surrogate, second: Surrogate) -> bool:
-    unjudged = (replace(case, held_out=None, verification=None) for case in (first, second))
-    (about, arrays), (other_about, other_arrays) = map(_record, unjudged)
+    bare_surrogates = (replace(case, held_out=None, verification=None) for case in (first, second))
+    (about, arrays), (other_about, other_arrays) = map(_record, bare_surrogates)
     names = {name for name in {*arrays, *other_arrays} if name.startswith("expansions/")}
     return about["inputs"] == other_about["inputs"] and all(
         name in arrays and name in other_arrays and np.array_equal(arrays[name], other_arrays[name])

@@ -102,8 +102,8 @@ def relative_to_bars(
     no width.
     """
     relative = relative_errors(diagnostics, "expected_error", bar)
-    hidden = varying_outputs(F, units).reshape(relative.shape) & ~bars_vary(bar)
-    return np.where(hidden, beyond, relative)
+    zero_width = varying_outputs(F, units).reshape(relative.shape) & ~bars_vary(bar)
+    return np.where(zero_width, beyond, relative)
 
 
 def bars_vary(bar: xr.DataArray) -> np.ndarray:
@@ -115,8 +115,8 @@ def bars_vary(bar: xr.DataArray) -> np.ndarray:
 
 def with_relative_errors(diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
     """Return diagnostics with `relative_expected_error` of each output, if errors are estimated."""
-    estimated = {"mean_expected_error", "error_bar_expected_error"} <= set(diagnostics)
-    if not estimated or "relative_expected_error" in diagnostics:
+    has_errors = {"mean_expected_error", "error_bar_expected_error"} <= set(diagnostics)
+    if not has_errors or "relative_expected_error" in diagnostics:
         return diagnostics
     relative = relative_errors(diagnostics, "expected_error", bar)
     return diagnostics.assign(relative_expected_error=(axes_of(bar).dims, relative))

@@ -53,20 +53,20 @@ class VerificationVerdict:
     confirmation: Confirmation  # the verdict
     # numbers of runs that did not fail, that did, and at bounds
     runs: int
-    failed: int
+    failed_runs: int
     at_bounds: int
     # number of the output that decides: with the largest error of those that are refuted, of those
     # that may be, or of all
     output: int
     # errors of this output, in parts of the error bar's width: inferred from the runs, a lower
     # bound with confidence, and what the method expected
-    inferred: float
+    inferred_error: float
     lower_bound: float
-    expected: float = np.nan
+    expected_error: float = np.nan
     # the largest error that the method expected of any output, in parts of its width
-    claimed: float = np.nan
+    claimed_error: float = np.nan
     ratio: float = np.nan  # inferred over expected error of this output
-    refuted: int = 0
+    refuted_count: int = 0
     """Number of outputs whose expected error is not confirmed."""
     confidence: float = np.nan  # of `lower_bound`
 
@@ -77,77 +77,81 @@ class VerificationVerdict:
             place != "anywhere" for place in results["run_place"].values[good_runs].tolist()
         )
         counts = len(good_runs), results.sizes["sample"] - len(good_runs), at_bounds
-        width, inferred, lower_bound = (
+        width, inferred_error, lower_bound = (
             np.ravel(results[k]) for k in ("bar_width", "implied_error", "least_error")
         )
-        share = inferred / width
+        share = inferred_error / width
         lower_bound = lower_bound / width
         output = int(share.argmax())
         if "allowed" not in results:
             errors = float(share[output]), float(lower_bound[output])
             return VerificationVerdict(Confirmation.NOT_ESTIMATED, *counts, output, *errors)
-        expected = np.ravel(results["expected_error"])
-        ratio = inferred / expected
-        refuted = np.flatnonzero(~np.ravel(results["confirmed"].values))
-        if refuted.size:
-            output = int(refuted[ratio[refuted].argmax()])
+        expected_error = np.ravel(results["expected_error"])
+        ratio = inferred_error / expected_error
+        refuted_outputs = np.flatnonzero(~np.ravel(results["confirmed"].values))
+        if refuted_outputs.size:
+            output = int(refuted_outputs[ratio[refuted_outputs].argmax()])
         elif ratio.max() > 1:
             output = int(ratio.argmax())
-        claims = expected / width
+        claims = expected_error / width
         full_width = 1.0  # an output with a larger error than its bars are wide varies by rounding
-        claimed = claims[claims < full_width].max(initial=0.0)
+        claimed_error = claims[claims < full_width].max(initial=0.0)
         return VerificationVerdict(
-            Confirmation.REFUTED if refuted.size else Confirmation.CONFIRMED,
+            Confirmation.REFUTED if refuted_outputs.size else Confirmation.CONFIRMED,
             *counts,
             output=output,
-            inferred=float(share[output]),
+            inferred_error=float(share[output]),
             lower_bound=float(lower_bound[output]),
-            expected=float(claims[output]),
-            claimed=float(claimed),
+            expected_error=float(claims[output]),
+            claimed_error=float(claimed_error),
             ratio=float(ratio[output]),
-            refuted=refuted.size,
+            refuted_count=refuted_outputs.size,
             confidence=VerificationRecord.read(results).confidence,
         )
 
     def in_words(self, results: xr.Dataset, labels: xr.DataArray) -> str:
         """Return the verdict as a sentence without its full stop."""
-        failed = f" ({self.failed} more failed, and what fails is rarely random)"
-        runs = f"{number_of(self.runs, 'verification run')}{failed if self.failed else ''}, "
+        failure_text = f" ({self.failed_runs} more failed, and what fails is rarely random)"
+        runs = (
+            f"{number_of(self.runs, 'verification run')}{failure_text if self.failed_runs else ''}"
+            ", "
+        )
         runs += f"{self.at_bounds} of them at the ends of the bands,"
         are, imply = ("is", "implies") if self.runs == 1 else ("are", "imply")
         if self.confirmation is Confirmation.NOT_ESTIMATED:
             return (
-                f"{runs} {imply} an error of {in_percent(self.inferred)} of the error bar's width; "
-                "the method does not estimate the error of its expansion"
+                f"{runs} {imply} an error of {in_percent(self.inferred_error)} of the error bar's "
+                "width; the method does not estimate the error of its expansion"
             )
         if self.confirmation is Confirmation.REFUTED:
             text = (
                 f"NOT confirmed: {runs} {are} missed by {self.ratio:.2g} times as much as the "
                 f"expected error allows, {_where(results, labels, self.output)}; bands may be off "
-                f"by {in_percent(self.inferred)} of the error bar's width. If the expected error "
-                f"were right, less than {in_percent(1 - self.confidence)} of verifications would "
-                "find so much"
+                f"by {in_percent(self.inferred_error)} of the error bar's width. If the expected "
+                f"error were right, less than {in_percent(1 - self.confidence)} of verifications "
+                "would find so much"
             )
             outputs = (
-                f". Outputs that are not confirmed: {self.refuted} of {results['missed'].size}"
+                f". Outputs that are not confirmed: {self.refuted_count} of "
+                f"{results['missed'].size}"
             )
-            return text + outputs * (self.refuted > 1)
-        size = f"{in_percent(self.inferred)} of the error bar's width"
+            return text + outputs * (self.refuted_count > 1)
+        size = f"{in_percent(self.inferred_error)} of the error bar's width"
         size += _output_text(labels, self.output)
         if self.ratio > 1:
             over = " (both are root mean squares over time)" if labels.ndim > 1 else ""
-            sure = f"{100 * self.confidence:.0f} % confidence"
+            confidence_text = f"{100 * self.confidence:.0f} % confidence"
             return (
                 f"Estimate confirmed as far as so few runs can tell: {runs} {imply} an error of "
-                f"{size} ({in_percent(self.lower_bound)} or more with {sure}), where "
-                f"{in_percent(self.expected)} is expected{over}"
+                f"{size} ({in_percent(self.lower_bound)} or more with {confidence_text}), where "
+                f"{in_percent(self.expected_error)} is expected{over}"
             )
         text = (
             f"Estimate confirmed: {runs} {are} missed by no more than expected; the largest error "
             f"that follows is {size}"
         )
-        claim = f"; the runs of the method imply {in_percent(self.claimed)}"
-        return text + claim * (self.claimed > self.inferred)
+        claim = f"; the runs of the method imply {in_percent(self.claimed_error)}"
+        return text + claim * (self.claimed_error > self.inferred_error)
 
 
 def verdict(
@@ -161,7 +165,7 @@ def verdict(
     outcome = VerificationVerdict.from_runs(results, good_runs)
     return {
         "confirmed": outcome.confirmation.value,
-        "inferred_share": outcome.inferred,
+        "inferred_share": outcome.inferred_error,
         "verdict": f"{outcome.in_words(results, labels)}. {_can_miss(sampled, held_out)}",
     }
 

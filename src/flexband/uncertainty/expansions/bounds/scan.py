@@ -46,8 +46,8 @@ def scatter_points(count: int, free_variables: np.ndarray) -> tuple[np.ndarray, 
     """
     u = scrambled_sobol(count, len(free_variables))
     ends = np.linspace(1.0, 0.0, count)[:, None]
-    inside = np.clip((u - ends / 2) / np.maximum(1 - ends, 1e-9), 0, 1)
-    points = -np.cos(np.pi * inside) * free_variables
+    interior_points = np.clip((u - ends / 2) / np.maximum(1 - ends, 1e-9), 0, 1)
+    points = -np.cos(np.pi * interior_points) * free_variables
     neighbours = np.asarray(scipy.spatial.KDTree(points).query(points, OPTIONS.neighbours + 1)[1])
     return points, np.ascontiguousarray(neighbours[:, 1:])
 

@@ -64,8 +64,10 @@ def sets_of_variables(
         if terms is None or not len(best):
             return
         at_once = max(1, options.at_once // (runs * (len(terms) + 1)))
-        rest = [_rest(alone, best[k : k + at_once], terms, y) for k in range(0, len(best), at_once)]
-        best = best[np.argsort(np.concatenate(rest), kind="stable")[: options.beam]]
+        residuals = [
+            _rest(alone, best[k : k + at_once], terms, y) for k in range(0, len(best), at_once)
+        ]
+        best = best[np.argsort(np.concatenate(residuals), kind="stable")[: options.beam]]
         yield best[0]
 
 
@@ -92,5 +94,5 @@ def _rest(
             if order:
                 A[:, :, column] *= alone[order][:, sets[:, variable]].T
     Q = np.linalg.qr(A)[0]
-    rest = y - Q @ (np.swapaxes(Q, 1, 2) @ y)
-    return np.sum(rest**2, axis=(1, 2))
+    residual = y - Q @ (np.swapaxes(Q, 1, 2) @ y)
+    return np.sum(residual**2, axis=(1, 2))

@@ -46,8 +46,8 @@ def widths(values: np.ndarray, width: float) -> np.ndarray:
     widest = 4.0
     at_once = 1024
     density = np.concatenate([
-        np.exp(-0.5 * ((some[:, None] - values) / width) ** 2).sum(axis=1)
-        for some in np.split(values, range(at_once, len(values), at_once))
+        np.exp(-0.5 * ((chunk[:, None] - values) / width) ** 2).sum(axis=1)
+        for chunk in np.split(values, range(at_once, len(values), at_once))
     ])  # fmt: skip
     relative = density / np.exp(np.log(density).mean())
     return width * np.minimum(relative**-power, widest)

@@ -90,8 +90,8 @@ def galerkin(
     basis = Polynomials(elements, count, width)
     first = basis.starts
     total = elements * width
-    inside = [np.clip(kink, first, first + width) for kink in sorted((1.0, total - 1.0))]
-    s, weights = _gauss(np.stack([first, *inside, first + width], axis=-1), POINTS + count)
+    inner_breaks = [np.clip(kink, first, first + width) for kink in sorted((1.0, total - 1.0))]
+    s, weights = _gauss(np.stack([first, *inner_breaks, first + width], axis=-1), POINTS + count)
     loads = basis.loads(correlation, s.ravel()).reshape(*s.shape, -1)
     at_places = basis.at((s - first[:, None]) / width)
     matrix = np.einsum("egj,egk->ejk", weights[..., None] * at_places, loads)
@@ -125,9 +125,11 @@ class Polynomials(NamedTuple):
 
     def _loads(self, correlation: Correlation, s: np.ndarray) -> np.ndarray:
         first = self.starts
-        inside = [np.clip(s + d, first, first + self.width) for d in (-1.0, 0.0, 1.0)]
-        first, last = (np.broadcast_to(end, inside[0].shape) for end in (first, first + self.width))
-        breaks = np.stack([first, *inside, last], axis=-1)
+        inner_breaks = [np.clip(s + d, first, first + self.width) for d in (-1.0, 0.0, 1.0)]
+        first, last = (
+            np.broadcast_to(end, inner_breaks[0].shape) for end in (first, first + self.width)
+        )
+        breaks = np.stack([first, *inner_breaks, last], axis=-1)
         y, weights = _gauss(breaks, POINTS + self.per_element // 2 + int(4 * self.width))
         rho = correlations(correlation, s[..., None] - y)
         values = self.at((y - first[..., None]) / self.width)

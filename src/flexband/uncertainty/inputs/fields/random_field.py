@@ -222,10 +222,12 @@ class RandomField(Field):
             return 1 - covariance - (covariance - variance)
         widest = replace(self, mean=_ends(self.mean)[0], std=_ends(self.std)[-1])
         square = widest._logarithmic_variance(x)
-        true, common, expansion_variance = (
+        field_variance, joint_variance, expansion_variance = (
             np.expm1(square * part) for part in (1.0, covariance, variance)
         )
-        return (true - common - (common - expansion_variance)) / true
+        return (
+            field_variance - joint_variance - (joint_variance - expansion_variance)
+        ) / field_variance
 
     @property
     def dimension(self) -> int:

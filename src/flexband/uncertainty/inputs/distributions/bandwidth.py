@@ -89,7 +89,7 @@ def _by_diffusion(values: np.ndarray) -> float:
             size = norm(s, time)
         return t - (2 * count * np.sqrt(np.pi) * size) ** -0.4
 
-    # Solve for the first time that follows from itself.
+    # Find the first fixed point.
     times = np.geomspace(1e-9, 0.1, 120)
     signs = np.array([excess(t) for t in times]) >= 0
     rises = np.flatnonzero(~signs[:-1] & signs[1:])

@@ -69,10 +69,10 @@ def study_html(study: Study) -> str:
 def surrogate_html(surrogate: AnySurrogate) -> str:
     """Return a table of a surrogate: its outputs, runs, expected error and inputs."""
     if isinstance(surrogate, SurrogateOfChoices):
-        inputs = surrogate.given
+        inputs = surrogate.user_inputs
         alternatives = list(surrogate.surrogates.values())
     else:
-        inputs = surrogate.space.given
+        inputs = surrogate.space.user_inputs
         alternatives = [surrogate]
     labels = alternatives[0].labels
     sizes = [f"{dim} ({size})" for dim, size in labels.sizes.items() if dim != "sample"]

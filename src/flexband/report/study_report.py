@@ -86,7 +86,9 @@ def _inputs(study: Study, result: StudyResult) -> dict[str, Any]:
     surrogate = result.surrogate
     if surrogate is None:
         return dict(study.inputs)
-    return dict(surrogate.space.given if isinstance(surrogate, Surrogate) else surrogate.given)
+    return dict(
+        surrogate.space.user_inputs if isinstance(surrogate, Surrogate) else surrogate.user_inputs
+    )
 
 
 def _write_path(result: StudyResult) -> None:

@@ -114,10 +114,10 @@ def propagate(
     def solved(runs: CountedRuns) -> xr.Dataset:
         start_fine_enough(runs)
         bands = method.solve(runs.space, runs.start, sigmas)
-        counted = runs.attributes(bands.attrs)
-        between = between_times(runs, bands)
+        run_attributes = runs.attributes(bands.attrs)
+        excursions = between_times(runs, bands)
         return with_names_and_units(
-            bands.assign(between.variables).assign_attrs(counted | between.attrs)
+            bands.assign(excursions.variables).assign_attrs(run_attributes | excursions.attrs)
         )
 
     results = in_cases(solved, response, inputs, method, options)
@@ -159,10 +159,12 @@ def expand(
     def expanded(runs: CountedRuns) -> Surrogate:
         start_fine_enough(runs)
         surrogate = method.expand(runs.space, runs.start)
-        counted = runs.attributes(surrogate.diagnostics.attrs)
-        between = between_times(runs, surrogate.diagnostics)
-        diagnostics = surrogate.diagnostics.assign(between.variables)
-        return replace(surrogate, diagnostics=diagnostics.assign_attrs(counted | between.attrs))
+        run_attributes = runs.attributes(surrogate.diagnostics.attrs)
+        excursions = between_times(runs, surrogate.diagnostics)
+        diagnostics = surrogate.diagnostics.assign(excursions.variables)
+        return replace(
+            surrogate, diagnostics=diagnostics.assign_attrs(run_attributes | excursions.attrs)
+        )
 
     surrogates = in_cases(expanded, response, inputs, method, options)
     return surrogates[""] if len(surrogates) == 1 else SurrogateOfChoices(inputs, surrogates)

@@ -51,7 +51,7 @@ class AdjustmentOptions:
 
 def compensators(space: Space) -> dict[str, int]:
     """Return the number of η of each `Compensator`, by name; raise `InputError` if over two."""
-    adjusted = [name for name, size in space.chosen.items() if isinstance(size, Compensator)]
+    adjusted = [name for name, size in space.design_inputs.items() if isinstance(size, Compensator)]
     columns = {name: k for name, k in space.columns(random=False).items() if name in adjusted}
     if len(columns) > 2:
         raise InputError(f"at most 2 inputs can be a Compensator; got {', '.join(columns)}")

@@ -153,7 +153,7 @@ def allocate(
         no_runs = np.full(len(allocation.points), np.nan)
         confirmation = Confirmed(allocation, np.zeros(worst.bounds.shape), no_runs)
     else:
-        with runs_as_expanded(response, surrogate.space.given, **options) as runs_of:
+        with runs_as_expanded(response, surrogate.space.user_inputs, **options) as runs_of:
             first = search(worst, WatchedPlaces.none(m))
             confirmation = confirm_tolerances(surrogate, worst, first, runs_of, search)
     result = result_of(surrogate, limit_corridors, worst, confirmation)

@@ -62,11 +62,13 @@ class Tolerances:
                         f"costs: grades of {name} must have tolerances up to that of the "
                         f"surrogate, {largest[k]:g}; got {cost.tolerances.max():g}"
                     )
-        sizes = {k: columns[k] for k, size in space.chosen.items() if isinstance(size, Sizing)}
-        if space.chosen and any(isinstance(cost, Grades) for cost in costs.values()):
+        sizes = {
+            k: columns[k] for k, size in space.design_inputs.items() if isinstance(size, Sizing)
+        }
+        if space.design_inputs and any(isinstance(cost, Grades) for cost in costs.values()):
             raise InputError(
                 f"costs must not be Grades where inputs are chosen, a Sizing or a Compensator; "
-                f"these are {', '.join(space.chosen)}"
+                f"these are {', '.join(space.design_inputs)}"
             )
         adjusted = compensators(space)
         if adjusted:

@@ -57,7 +57,7 @@ def uncertain_inputs(
     if contributions is None:
         return None
     spaces = [case.space for case in surrogates_of(surrogate).values()]
-    design_names = {name for space in spaces for name in space.chosen}
+    design_names = {name for space in spaces for name in space.design_inputs}
     indices = [
         k for k, name in enumerate(contributions["name"].values) if str(name) not in design_names
     ]

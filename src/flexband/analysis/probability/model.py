@@ -60,7 +60,7 @@ def models(
         yield dict.fromkeys(surrogates, lambda runs: None)
         return
     counts = [check_integer("runs", runs, MIN_RUNS, MAX_RUNS) for runs in counts]
-    inputs = next(iter(surrogates.values())).space.given
+    inputs = next(iter(surrogates.values())).space.user_inputs
     total = sum(runs * bounds + runs // FIRST_PART for runs in counts)
     advance = counted(progress, total * len(surrogates))
     with runs_as_expanded(response, inputs, **options) as runs_of:

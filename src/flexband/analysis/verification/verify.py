@@ -171,7 +171,7 @@ def verify(
     runs = check_integer("runs", runs, 2, MAX_RUNS)
     seed = check_integer("seed", seed, 0)
     sigmas = checked_sigmas(sigmas)
-    inputs = next(iter(surrogates.values())).space.given
+    inputs = next(iter(surrogates.values())).space.user_inputs
     advance = counted(progress, runs * len(surrogates))
     execution = {"store": store, "executor": executor, "failed": failed}
     with runs_as_expanded(response, inputs, **execution) as runs_of:

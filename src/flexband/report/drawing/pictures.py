@@ -34,7 +34,7 @@ def mechanism_picture(mechanism: Mechanism) -> str:
 def field_series(field: Field, points: int) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], str]:
     """Return x of a field's domain, (points,), realizations, and lines there with their name."""
     realizations = 8
-    x = np.linspace(*field.located, points)
+    x = np.linspace(*field.extent, points)
     drawn = field.realizations(x, realizations)
     if isinstance(field, RandomField):
         middle = field.nominal(x)

@@ -74,7 +74,7 @@ def variance_error(
         raise InputError(f"fields must map names to random fields; got {value_text(fields)}")
     drawn = {}
     for name, random_field in fields.items():
-        x = np.linspace(*random_field.located, 501)
+        x = np.linspace(*random_field.extent, 501)
         text = f"{literal(str(name))}, terms: {random_field.dimension}"
         text += f", largest: {random_field.largest_variance_error():.4f}"
         drawn[text] = x, random_field.variance_error(x)

@@ -61,7 +61,7 @@ class DensityPolynomials:
     """Largest condition number of the orthonormal polynomials at the nested points of an order.
     That of normal variables is 130 at order 8."""
 
-    _known: dict[int, Recurrence] = field(
+    _recurrences: dict[int, Recurrence] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
 
@@ -139,12 +139,12 @@ class DensityPolynomials:
     def _recurrence(self, order: int) -> Recurrence:
         """Return the recurrence up to this order or a higher one, a multiple of `block`."""
         count = self.block * (1 + order // self.block)
-        if count not in self._known:
+        if count not in self._recurrences:
             x, w = self._rule if count == self.block else self.density.rule(count)
             recurrence = Recurrence(*stieltjes(self.standardized(x), w, count), np.zeros(0))
             lower = order - self.block
             before = self._recurrence(lower).sizes if lower >= 0 else np.zeros(0)
             values = orthonormal(recurrence, count - 1, self._usual(count))
             sizes = np.abs(values[:, len(before) :]).max(axis=0)
-            self._known[count] = recurrence._replace(sizes=np.append(before, sizes))
-        return self._known[count]
+            self._recurrences[count] = recurrence._replace(sizes=np.append(before, sizes))
+        return self._recurrences[count]

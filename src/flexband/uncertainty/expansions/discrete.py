@@ -40,28 +40,31 @@ class DiscretePolynomials:
     @cached_property
     def _recurrence(self) -> Recurrence:
         count = len(self.points)
-        plain = Recurrence(*stieltjes(self._x, np.array(self.probabilities), count), np.zeros(0))
-        sizes = np.abs(orthonormal(plain, count - 1, self._x)).max(axis=0)
-        return plain._replace(sizes=sizes)
+        recurrence = Recurrence(
+            *stieltjes(self._x, np.array(self.probabilities), count), np.zeros(0)
+        )
+        sizes = np.abs(orthonormal(recurrence, count - 1, self._x)).max(axis=0)
+        return recurrence._replace(sizes=sizes)
 
     def nearest(self, x: np.ndarray) -> np.ndarray:
         """Return the number of the value that is nearest to each x."""
-        between = (self._x[1:] + self._x[:-1]) / 2
-        return np.searchsorted(between, x)
+        midpoints = (self._x[1:] + self._x[:-1]) / 2
+        return np.searchsorted(midpoints, x)
 
     def values(self, order: int, x: np.ndarray) -> np.ndarray:
         values = np.zeros((*np.shape(x), order + 1))
-        known = min(order, self.last_order)
+        highest_order = min(order, self.last_order)
         nearest = self._x[self.nearest(x)]
-        values[..., : known + 1] = (
-            orthonormal(self._recurrence, known, nearest) / self._recurrence.sizes[: known + 1]
+        values[..., : highest_order + 1] = (
+            orthonormal(self._recurrence, highest_order, nearest)
+            / self._recurrence.sizes[: highest_order + 1]
         )
         return values
 
     def norms(self, order: int) -> np.ndarray:
         norms = np.ones(order + 1)
-        known = min(order, self.last_order) + 1
-        norms[:known] = 1 / self._recurrence.sizes[:known] ** 2
+        count = min(order, self.last_order) + 1
+        norms[:count] = 1 / self._recurrence.sizes[:count] ** 2
         return norms
 
     def gauss(self, count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -93,11 +93,11 @@ def join_outputs(
     outputs = np.concatenate([expansion.outputs for expansion in expansions])
     shape = list(values[0].shape)
     shape[axis] = len(outputs)
-    whole = np.empty(shape)
+    joint = np.empty(shape)
     ends = np.cumsum([len(expansion.outputs) for expansion in expansions])
     for places, part in zip(np.split(np.argsort(np.argsort(outputs)), ends), values, strict=False):
-        np.moveaxis(whole, axis, 0)[places] = np.moveaxis(part, axis, 0)
-    return whole
+        np.moveaxis(joint, axis, 0)[places] = np.moveaxis(part, axis, 0)
+    return joint
 
 
 def extremes_of(

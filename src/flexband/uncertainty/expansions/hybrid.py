@@ -188,14 +188,14 @@ class HybridExpansion:
 
     def __add__(self, other: HybridExpansion) -> HybridExpansion:
         """Return the sum of two expansions of the same variables and series."""
-        both = np.concatenate([self.index, other.index])
-        index, which = np.unique(both, axis=0, return_inverse=True)
-        summed = np.zeros((len(index), self.coefficients.shape[1]))
+        joint_index = np.concatenate([self.index, other.index])
+        index, which = np.unique(joint_index, axis=0, return_inverse=True)
+        coefficients = np.zeros((len(index), self.coefficients.shape[1]))
         rows = np.split(which.ravel(), [len(self.index)])
         for row, terms in zip(rows, (self.coefficients, other.coefficients), strict=True):
-            summed[row] += terms
+            coefficients[row] += terms
         discs = self.discs or other.discs
-        return replace(self, index=index, coefficients=summed, discs=discs)
+        return replace(self, index=index, coefficients=coefficients, discs=discs)
 
     def __mul__(self, factor: float | np.ndarray) -> HybridExpansion:
         """Return the expansion of the series times a factor, or times one factor each."""
@@ -211,12 +211,12 @@ class HybridExpansion:
         coefficients = coefficients if len(which) == rows else coefficients[:, which]
         return replace(self, coefficients=coefficients.reshape(len(coefficients), -1))
 
-    def placed(self, rows: int, whole: int, places: np.ndarray) -> HybridExpansion:
-        """Return an expansion of `whole` rows, zero but for those at `places`, of this one."""
+    def placed(self, rows: int, total_rows: int, places: np.ndarray) -> HybridExpansion:
+        """Return an expansion of `total_rows` rows, zero but for those at `places`, of this one."""
         series = self.coefficients.reshape(len(self.index), rows, -1)
-        wide = np.zeros((len(series), whole, series.shape[2]))
-        wide[:, places] = series
-        return replace(self, coefficients=wide.reshape(len(wide), -1))
+        coefficients = np.zeros((len(series), total_rows, series.shape[2]))
+        coefficients[:, places] = series
+        return replace(self, coefficients=coefficients.reshape(len(coefficients), -1))
 
     def constant(self, values: np.ndarray | float) -> HybridExpansion:
         """Return the expansion of constant series."""
@@ -263,15 +263,15 @@ class HybridExpansion:
         values = np.empty((len(terms), coefficients.shape[1]))
         height = 32  # libraries leave products of up to 2¹⁸ multiplications to one thread
         width = max(1, 2**18 // (height * len(coefficients)))
-        whole = len(terms) // height * height
-        blocks = terms[:whole].reshape(-1, height, terms.shape[1])
+        block_end = len(terms) // height * height
+        blocks = terms[:block_end].reshape(-1, height, terms.shape[1])
         for first in range(0, values.shape[1], width):
             columns = slice(first, first + width)
             factors = coefficients[:, columns]
             part = values[:, columns]
             shape = len(blocks), height, factors.shape[1]
-            np.matmul(blocks, factors, out=part[:whole].reshape(shape))
-            part[whole:] = terms[whole:] @ factors
+            np.matmul(blocks, factors, out=part[:block_end].reshape(shape))
+            part[block_end:] = terms[block_end:] @ factors
         return values
 
     def moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

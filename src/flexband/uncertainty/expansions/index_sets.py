@@ -32,8 +32,8 @@ def first_terms(interval: int, random: int, count: int) -> np.ndarray:
     return index[:count]
 
 
-def bounded_terms(dimension: int, order: int, q_norm: float, most: int) -> np.ndarray:
-    """Return the terms ν with Σ ν_v^q ≤ p^q, 0 < q ≤ 1, the constant first, `most` at most."""
+def bounded_terms(dimension: int, order: int, q_norm: float, max_terms: int) -> np.ndarray:
+    """Return the terms ν with Σ ν_v^q ≤ p^q, 0 < q ≤ 1, the constant first, at most `max_terms`."""
     sizes = [(k, (k / order) ** q_norm) for k in range(1, order + 1)]
 
     def contained(orders: Orders, remaining: float) -> Iterator[Orders]:
@@ -43,16 +43,18 @@ def bounded_terms(dimension: int, order: int, q_norm: float, most: int) -> np.nd
             for k, size in itertools.takewhile(lambda pair: pair[1] <= remaining, sizes):
                 yield from contained((*orders, k), remaining - size)
 
+    # Count the terms before they are made.
     order_tuples = []
     terms = 0
     for orders in contained((), 1 + 1e-9):
         order_tuples.append(orders)
         terms += math.comb(dimension, len(orders))
-        if terms > most:
+        if terms > max_terms:
             raise InputError(
-                f"order {order} with q_norm {q_norm:g} has more than {most} terms in "
+                f"order {order} with q_norm {q_norm:g} has more than {max_terms} terms in "
                 f"{number_of(dimension, 'variable')}; choose a lower order or a smaller q_norm"
             )
+    # Assign the orders to all combinations of variables.
     index = []
     for orders in sorted(order_tuples, key=lambda orders: (sum(orders), len(orders), orders)):
         combinations = list(itertools.combinations(range(dimension), len(orders)))
@@ -67,14 +69,14 @@ def lower_terms(nu: Orders) -> Iterator[Orders]:
     yield from itertools.product(*(range(k + 1) for k in nu))
 
 
-def above(known: set[Orders]) -> set[Orders]:
+def above(terms: set[Orders]) -> set[Orders]:
     """Return the terms one order above a downward closed set that would leave it so."""
-    neighbours = {_move(mu, v, 1) for mu in known for v in range(len(mu))} - known
-    return {nu for nu in neighbours if _is_next(nu, known)}
+    neighbours = {_move(mu, v, 1) for mu in terms for v in range(len(mu))} - terms
+    return {nu for nu in neighbours if _is_next(nu, terms)}
 
 
-def _is_next(nu: Orders, known: Container[Orders]) -> bool:
-    return all(_move(nu, v, -1) in known for v, k in enumerate(nu) if k)
+def _is_next(nu: Orders, terms: Container[Orders]) -> bool:
+    return all(_move(nu, v, -1) in terms for v, k in enumerate(nu) if k)
 
 
 class TermSizes:
@@ -132,17 +134,17 @@ class TermSizes:
 
     def next_terms(self, count: int, highest: np.ndarray) -> np.ndarray:
         """Return further terms of the largest expected sizes, as far as there are, lower first."""
-        known = self.sizes.copy()
-        waiting = {nu: self._sum(nu) for mu in known for nu in self._above(mu, highest)}
-        chosen: list[Orders] = []
-        while waiting and len(chosen) < count:
-            best = max(waiting, key=lambda nu: (waiting[nu], -sum(nu), nu))
-            del waiting[best]
-            chosen.append(best)
+        old_sizes = self.sizes.copy()
+        candidates = {nu: self._sum(nu) for mu in old_sizes for nu in self._above(mu, highest)}
+        new_terms: list[Orders] = []
+        while candidates and len(new_terms) < count:
+            best = max(candidates, key=lambda nu: (candidates[nu], -sum(nu), nu))
+            del candidates[best]
+            new_terms.append(best)
             self.sizes[best] = self.expected(best)
-            waiting |= {nu: self._sum(nu) for nu in self._above(best, highest)}
-        self.sizes = known
-        return np.array(chosen, dtype=int).reshape(len(chosen), len(self.rates))
+            candidates |= {nu: self._sum(nu) for nu in self._above(best, highest)}
+        self.sizes = old_sizes
+        return np.array(new_terms, dtype=int).reshape(len(new_terms), len(self.rates))
 
     def _sum(self, nu: Orders) -> float:
         return round(float(self.expected(nu).sum()), ROUNDING_DIGITS)

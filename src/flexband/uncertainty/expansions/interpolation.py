@@ -76,6 +76,6 @@ def in_place(parts: Sequence[Interpolation]) -> HybridExpansion:
         for row in part.rows:
             values[:terms, row] = part.inverse @ part.values[:, row]
             values[terms:, row] = 0.0
-    whole = replace(longest.polynomials, coefficients=values.reshape(len(values), -1))
+    expansion = replace(longest.polynomials, coefficients=values.reshape(len(values), -1))
     rows = np.sort(np.concatenate([part.rows for part in parts]))
-    return whole.of_rows(values.shape[1], rows, slice(None))
+    return expansion.of_rows(values.shape[1], rows, slice(None))

@@ -18,9 +18,9 @@ def scaled_chebyshev_zeros(order: int) -> np.ndarray:
     if order == 0:
         return np.zeros(1)
     zeros = chebyshev_zeros(order)
-    scaled = zeros / zeros[0]
-    scaled[[0, -1]] = 1.0, -1.0
-    return scaled
+    nodes = zeros / zeros[0]
+    nodes[[0, -1]] = 1.0, -1.0
+    return nodes
 
 
 def chebyshev_values(order: int, eta: np.ndarray) -> np.ndarray:
@@ -37,6 +37,7 @@ def cubic_spline(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
         return scipy.interpolate.CubicSpline(x, y, axis=-1)(at)
     y = np.moveaxis(y, -1, 0)
     dx = np.diff(x).astype(float).reshape(-1, *np.ones(y.ndim - 1, int))
+    # Solve for the derivatives at the knots, with not-a-knot ends.
     slope = np.diff(y, axis=0) / dx
     start = x[2] - x[0]
     end = x[-1] - x[-3]
@@ -52,10 +53,11 @@ def cubic_spline(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
     bands[0, 1:] = [start, *h[:-1]]
     bands[1] = [h[1], *(2 * (h[:-1] + h[1:])), h[-2]]
     bands[2, :-1] = [*h[1:], end]
-    solved = scipy.linalg.solve_banded((1, 1), bands, right.reshape(len(x), -1))
-    derivative = solved.reshape(y.shape)
+    solution = scipy.linalg.solve_banded((1, 1), bands, right.reshape(len(x), -1))
+    derivative = solution.reshape(y.shape)
     bend = (derivative[:-1] + derivative[1:] - 2 * slope) / dx
     terms = y[:-1], derivative[:-1], (slope - derivative[:-1]) / dx - bend, bend / dx
+    # Evaluate the cubic of each piece.
     piece = np.minimum(np.searchsorted(x, at, side="right") - 1, len(x) - 2)
     s = (at - x[piece]).astype(float).reshape(-1, *np.ones(y.ndim - 1, int))
     values = terms[0][piece]

@@ -40,11 +40,11 @@ def stieltjes(x: np.ndarray, w: np.ndarray, count: int) -> tuple[np.ndarray, np.
     p = np.ones(len(x))
     for k in range(count):
         a[k] = w @ (x * p * p)
-        following = (x - a[k]) * p - root[k] * before
+        next_values = (x - a[k]) * p - root[k] * before
         if k + 1 < count:
-            root[k + 1] = np.sqrt(w @ following**2)
+            root[k + 1] = np.sqrt(w @ next_values**2)
             before = p
-            p = following / root[k + 1]
+            p = next_values / root[k + 1]
     return a, root
 
 
@@ -73,10 +73,10 @@ def nested_points(
     symmetric = np.abs(recurrence.a).max() < 1e-9
     for counts in ((2,), (4, 6), (8,)):  # points that are added together: the first possible
         extensions = (extension(recurrence, points, count) for count in counts)
-        possible = [y for y in extensions if _is_possible(y, points, ends)]
-        if not possible:
+        valid_extensions = [y for y in extensions if _is_possible(y, points, ends)]
+        if not valid_extensions:
             break
-        points = _arrange(recurrence, points, possible[0])
+        points = _arrange(recurrence, points, valid_extensions[0])
     if len(points) == 1:
         points += _cubic_pair(recurrence, ends)
     while len(points) < count:
@@ -107,24 +107,24 @@ def extension(recurrence: Recurrence, points: Sequence[float], count: int) -> np
     return np.zeros(0) if np.iscomplexobj(roots) else roots
 
 
-def _arrange(recurrence: Recurrence, points: list[float], further: np.ndarray) -> list[float]:
+def _arrange(recurrence: Recurrence, points: list[float], candidates: np.ndarray) -> list[float]:
     """Return points with further ones in the order of a Leja sequence, opposites together."""
     points = [*points]
-    while len(further):
-        points.append(_next(recurrence, further, points))
-        opposite = further[np.abs(further + points[-1]) < 1e-9]
+    while len(candidates):
+        points.append(_next(recurrence, candidates, points))
+        opposite = candidates[np.abs(candidates + points[-1]) < 1e-9]
         points += opposite.tolist()
-        further = further[~np.isin(further, points)]
+        candidates = candidates[~np.isin(candidates, points)]
     return points
 
 
 def _is_possible(
-    y: np.ndarray, points: Sequence[float], ends: np.ndarray, apart: float = 0.05
+    y: np.ndarray, points: Sequence[float], ends: np.ndarray, min_distance: float = 0.05
 ) -> bool:
-    """Return whether there are further points, between the ends and apart, in deviations."""
+    """Return whether points y exist, lie between the ends, and keep a distance in deviations."""
     if not len(y) or y.min() < ends[0] or y.max() > ends[1]:
         return False
-    return bool(np.diff(np.sort([*points, *y])).min() > apart)
+    return bool(np.diff(np.sort([*points, *y])).min() > min_distance)
 
 
 def _cubic_pair(recurrence: Recurrence, ends: np.ndarray) -> list[float]:
@@ -132,8 +132,8 @@ def _cubic_pair(recurrence: Recurrence, ends: np.ndarray) -> list[float]:
     x = gauss(recurrence, 3)[0]
     third = recurrence.a[1]
     pairs = [np.array([third - y, y]) for y in (x[0], x[2])]
-    possible = [pair for pair in pairs if _is_possible(pair, [0.0], ends)]
-    return (possible[0] if possible else x[[2, 0]]).tolist()
+    valid_pairs = [pair for pair in pairs if _is_possible(pair, [0.0], ends)]
+    return (valid_pairs[0] if valid_pairs else x[[2, 0]]).tolist()
 
 
 def _next(recurrence: Recurrence, choices: np.ndarray, points: Sequence[float]) -> float:

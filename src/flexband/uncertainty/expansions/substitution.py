@@ -68,11 +68,11 @@ def random_part(
     @cache
     def projected(order: int) -> tuple[np.ndarray, np.ndarray]:
         matrix = missed = np.ones((1, 1))
-        for more in range(order, order + more_orders + 1):
-            x, weights = new.gauss(order + more + 2)
+        for new_order in range(order, order + more_orders + 1):
+            x, weights = new.gauss(order + new_order + 2)
             values = old.values(order, function(x))
-            new_values = new.values(more, x)
-            norms = new.norms(more)
+            new_values = new.values(new_order, x)
+            norms = new.norms(new_order)
             matrix = (values * weights[:, None]).T @ new_values / norms
             square = weights @ values**2
             missed = square - matrix**2 @ norms
@@ -119,12 +119,12 @@ def _check_missed(
     expansion: HybridExpansion,
     missed: Callable[[int], np.ndarray],
     orders: np.ndarray,
-    most: float = 1e-3,
+    largest_miss: float = 1e-3,
 ) -> None:
-    """Raise `InputError` if terms miss more than the part `most` of a series' root mean square."""
+    """Raise `InputError` if terms miss more than a part of a series' root mean square."""
     square = expansion.coefficients**2
     part = missed(int(orders.max(initial=0)))[orders] @ square
-    if np.any(part > most**2 * square.sum(axis=0)):
+    if np.any(part > largest_miss**2 * square.sum(axis=0)):
         raise InputError(
             "the new distribution is too different from the old one for the polynomials of the "
             "surrogate: run a study of the new inputs"

@@ -16,24 +16,24 @@ def in_threads(work: Callable[[Part], object], parts: Iterable[Part]) -> None:
 
     After an error or Ctrl-C, threads end after the part that they are at.
     """
-    listed = list(parts)
-    waiting, finished, stop = iter(listed), SimpleQueue(), threading.Event()
+    all_parts = list(parts)
+    queue, outcomes, stop = iter(all_parts), SimpleQueue(), threading.Event()
 
     def run() -> None:
-        for part in waiting:
+        for part in queue:
             try:
                 work(part)
-                finished.put(None)
+                outcomes.put(None)
             except BaseException as error:
-                finished.put(error)
+                outcomes.put(error)
             if stop.is_set():
                 return
 
     try:
-        for _ in range(min(len(listed), os.cpu_count() or 1)):
+        for _ in range(min(len(all_parts), os.cpu_count() or 1)):
             threading.Thread(target=run, daemon=True).start()
-        for _ in listed:
-            error = finished.get()
+        for _ in all_parts:
+            error = outcomes.get()
             if error is not None:
                 raise error
     finally:

@@ -61,27 +61,27 @@ class Choice:
 
     def __repr__(self) -> str:
         options = ", ".join(map(repr, self.options))
-        known = self.probabilities is not None
-        return f"Choice({options}{f', probabilities={self.probabilities}' * known})"
+        has_probabilities = self.probabilities is not None
+        return f"Choice({options}{f', probabilities={self.probabilities}' * has_probabilities})"
 
 
 def _check_probabilities(
-    options: Sequence[Any], given: Sequence[float] | None
+    options: Sequence[Any], probabilities: Sequence[float] | None
 ) -> tuple[float, ...] | None:
     """Return the probabilities of options, which add up to 1; raise `InputError` for others."""
-    if given is None:
+    if probabilities is None:
         return None
     name = "Choice probabilities"
-    most_off = 1e-6
-    values = np.atleast_1d(check_positive(name, check_finite(name, given, rank=None)))
+    tolerance = 1e-6
+    values = np.atleast_1d(check_positive(name, check_finite(name, probabilities, rank=None)))
     if values.shape != (len(options),):
         raise InputError(
             f"{name} must have a number for each of {number_of(len(options), 'option')}; "
-            f"got {value_text(given)}"
+            f"got {value_text(probabilities)}"
         )
-    if abs(values.sum() - 1) > most_off:
+    if abs(values.sum() - 1) > tolerance:
         raise InputError(
-            f"{name} must add up to 1; got {value_text(given)}, which are {values.sum():g}"
+            f"{name} must add up to 1; got {value_text(probabilities)}, which are {values.sum():g}"
         )
     return tuple((values / values.sum()).tolist())
 

@@ -63,15 +63,15 @@ class Correlated:
     of: str = "values"
 
     def __post_init__(self) -> None:
-        given = self.inputs if isinstance(self.inputs, Mapping) else {}
-        named = {name: _member(name, member) for name, member in given.items()}
-        if len(named) < 2:
+        inputs = self.inputs if isinstance(self.inputs, Mapping) else {}
+        distributions = {name: _member(name, member) for name, member in inputs.items()}
+        if len(distributions) < 2:
             raise InputError(
                 f"Correlated inputs must be a dict of two or more; got {value_text(self.inputs)}"
             )
         check_option("Correlated of", self.of, ("values", "ranks", "scores"))
-        object.__setattr__(self, "inputs", named)
-        object.__setattr__(self, "correlation", _matrix(list(named), self.correlation))
+        object.__setattr__(self, "inputs", distributions)
+        object.__setattr__(self, "correlation", _matrix(list(distributions), self.correlation))
         _ = self.factor  # refuses impossible correlations
 
     @property
@@ -88,33 +88,36 @@ class Correlated:
         """L, which makes scores of independent variables, in the order of the names."""
         names = list(self.inputs)
         order = sorted(range(len(names)), key=names.__getitem__)
-        sought = np.array(self.correlation)[np.ix_(order, order)]
-        ordered = list(self._distributions.items())
+        correlations = np.array(self.correlation)[np.ix_(order, order)]
+        members = list(self._distributions.items())
         scores = np.eye(len(names))
         for i, j in combinations(range(len(names)), 2):
-            scores[i, j] = scores[j, i] = self._of_scores(ordered[i], ordered[j], sought[i, j])
+            scores[i, j] = scores[j, i] = self._of_scores(
+                members[i], members[j], correlations[i, j]
+            )
         _check_definite(list(self._distributions), scores)
         return np.linalg.cholesky(scores)
 
     def _of_scores(
-        self, first: tuple[str, Distribution], second: tuple[str, Distribution], sought: float
+        self, first: tuple[str, Distribution], second: tuple[str, Distribution], correlation: float
     ) -> float:
         # correlations of scores are below it: equal ones leave no independent variable
         nearly_one = 1 - 1e-9
         terms = 40  # Hermite polynomials of a value as a function of its score
-        if self.of == "scores" or sought == 0:
-            return sought
+        if self.of == "scores" or correlation == 0:
+            return correlation
         if self.of == "ranks":
-            return 2 * np.sin(np.pi * sought / 6)
+            return 2 * np.sin(np.pi * correlation / 6)
         members = (distribution.midpoint() for _, distribution in (first, second))
-        varying = (member.hermite_coefficients(terms, 2 * terms)[1:] for member in members)
-        a, b = (coefficients / np.linalg.norm(coefficients) for coefficients in varying)
-        series = np.concatenate([[-sought], a * b])
+        hermite_terms = (member.hermite_coefficients(terms, 2 * terms)[1:] for member in members)
+        a, b = (coefficients / np.linalg.norm(coefficients) for coefficients in hermite_terms)
+        series = np.concatenate([[-correlation], a * b])
         low, high = polynomial.polyval([-nearly_one, nearly_one], series)
         if low > 0 or high < 0:
             raise InputError(
-                f"the correlation of {first[0]} and {second[0]} must be from {low + sought:.3g} "
-                f"to {high + sought:.3g} for these distributions; got {sought:g}"
+                f"the correlation of {first[0]} and {second[0]} must be from "
+                f"{low + correlation:.3g} to {high + correlation:.3g} for these "
+                f"distributions; got {correlation:g}"
             )
         brentq = scipy.optimize.brentq
         return float(brentq(lambda r: polynomial.polyval(r, series), -nearly_one, nearly_one))
@@ -139,25 +142,27 @@ def _member(name: str, member: Distribution | FrozenDistribution) -> Distributio
 
 
 def _matrix(
-    names: list[str], given: ArrayLike | Mapping[tuple[str, str], float]
+    names: list[str], correlation: ArrayLike | Mapping[tuple[str, str], float]
 ) -> tuple[tuple[float, ...], ...]:
     n = len(names)
-    if isinstance(given, Mapping):
+    # Build the matrix from pairs, from one number for all pairs, or as it is.
+    if isinstance(correlation, Mapping):
         matrix = np.eye(n)
-        for pair, value in given.items():
+        for pair, value in correlation.items():
             if not isinstance(pair, tuple) or len(pair) != 2 or pair[0] == pair[1]:
                 raise InputError(f"a correlation must be that of a pair (name, name); got {pair!r}")
             for name in pair:
                 check_option(f"a name of the correlation of {pair}", name, names)
             i, j = (names.index(name) for name in pair)
             matrix[i, j] = matrix[j, i] = check_finite(f"correlation of {pair}", value, rank=None)
-    elif np.ndim(given) == 0:
-        matrix = np.full((n, n), check_finite("correlation", given, rank=None))
+    elif np.ndim(correlation) == 0:
+        matrix = np.full((n, n), check_finite("correlation", correlation, rank=None))
         np.fill_diagonal(matrix, 1.0)
     else:
-        matrix = check_finite("correlation", given, rank=None)
+        matrix = check_finite("correlation", correlation, rank=None)
     if matrix.shape != (n, n):
         raise InputError(f"the correlation matrix must have shape ({n}, {n}); got {matrix.shape}")
+    # Check that it is symmetric, with entries that can be correlations.
     for i, j in combinations(range(n), 2):
         pair = f"the correlation of {names[i]} and {names[j]}"
         if matrix[i, j] != matrix[j, i]:

@@ -73,22 +73,26 @@ class Distribution(Input):
 
     def __post_init__(self) -> None:
         if self.intervals:
-            for corner in product(*((each.lower, each.upper) for each in self.intervals.values())):
+            for corner in product(
+                *((interval.lower, interval.upper) for interval in self.intervals.values())
+            ):
                 self.replaced(dict(zip(self.intervals, corner, strict=True)))
             return
         super().__post_init__()
         self.check()
-        unremarked = 1e-3  # part of the variance that polynomials of the highest order may miss
-        if isinstance(self.family, Hermite) and (missed := self._missed()) > unremarked:
+        remark_limit = 1e-3  # part of the variance that polynomials of the highest order may miss
+        if isinstance(self.family, Hermite) and (missing_share := self._missed()) > remark_limit:
             warn(
                 f"{self!r} has a heavy tail: expansions up to order {HERMITE.highest} miss "
-                f"{100 * missed:.2g} % of its variance; use LHSScanning with many samples"
+                f"{100 * missing_share:.2g} % of its variance; use LHSScanning with many samples"
             )
 
     def __repr__(self) -> str:
-        named = {parameter.name: getattr(self, parameter.name) for parameter in fields(self)}
-        shown = ", ".join(f"{name}={value!r}" for name, value in named.items() if value is not None)
-        return f"{type(self).__name__}({shown})"
+        parameters = {parameter.name: getattr(self, parameter.name) for parameter in fields(self)}
+        text = ", ".join(
+            f"{name}={value!r}" for name, value in parameters.items() if value is not None
+        )
+        return f"{type(self).__name__}({text})"
 
     def check(self) -> None:
         """Raise `InputError` if the parameters, which are finite numbers, are impossible."""
@@ -131,8 +135,8 @@ class Distribution(Input):
 
     @property
     def intervals(self) -> dict[str, Interval]:
-        named = {parameter.name: getattr(self, parameter.name) for parameter in fields(self)}
-        return {name: value for name, value in named.items() if isinstance(value, Interval)}
+        parameters = {parameter.name: getattr(self, parameter.name) for parameter in fields(self)}
+        return {name: value for name, value in parameters.items() if isinstance(value, Interval)}
 
     def midpoint(self) -> Self:
         """Return the distribution with all intervals at their midpoints."""
@@ -185,11 +189,11 @@ class Distribution(Input):
     @cached_property
     def light(self) -> bool:
         """Whether both tails decrease exponentially or faster, as far as numbers go."""
-        near = -np.log(ndtr(-NEAR))
-        far = -np.log(ndtr(-FAR))
+        near_exponent = -np.log(ndtr(-NEAR))
+        far_exponent = -np.log(ndtr(-FAR))
         x = np.abs(self.at_normal(np.array([-FAR, -NEAR, NEAR, FAR])) - self.at_normal(np.zeros(1)))
-        least = (far / near) ** (1 / LIGHT)
-        return bool(x[0] <= least * x[1] and x[3] <= least * x[2])
+        max_ratio = (far_exponent / near_exponent) ** (1 / LIGHT)
+        return bool(x[0] <= max_ratio * x[1] and x[3] <= max_ratio * x[2])
 
     @property
     def family(self) -> Family:
@@ -282,8 +286,8 @@ def checked_std(distribution: Spread | Moments, mean: float) -> float:
     """Return the standard deviation that `std` or `cv` tells; `InputError` if it is impossible."""
     name = type(distribution).__name__
     if (distribution.std is None) == (distribution.cv is None):
-        both = f"both: std={distribution.std!r} and cv={distribution.cv!r}"
-        text = "neither" if distribution.std is None else both
+        std_and_cv = f"both: std={distribution.std!r} and cv={distribution.cv!r}"
+        text = "neither" if distribution.std is None else std_and_cv
         raise InputError(f"{name} must have either std or cv; got {text}")
     if distribution.cv is not None:
         cv = check_numbers(f"{name} cv", distribution.cv)
@@ -346,8 +350,8 @@ class Moments(Distribution):
         parameters = [getattr(self, k) for k in self.parameter_names]
         count = sum(value is not None for value in parameters)
         if count != (0 if of_moments else 2):
-            given = dict(zip(self.parameter_names, parameters, strict=True)) | moments
-            text = ", ".join(f"{k}={v!r}" for k, v in given.items() if v is not None)
+            arguments = dict(zip(self.parameter_names, parameters, strict=True)) | moments
+            text = ", ".join(f"{k}={v!r}" for k, v in arguments.items() if v is not None)
             raise InputError(
                 f"{name} must have either {' and '.join(self.parameter_names)}, or mean and one of "
                 f"std and cv; got {text or 'none'}"

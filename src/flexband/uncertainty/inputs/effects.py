@@ -59,28 +59,28 @@ def without_effect(
     """
     runs = _Runs.from_values(*points, values)
     masks = _variables(space)
-    together = np.arange(len(runs.codes)) < space.random_dimension
-    sure = {}
-    likely = []
+    random_mask = np.arange(len(runs.codes)) < space.random_dimension
+    proofs = {}
+    suspects = []
     for name, input_ in space.uncertain.items():
         if isinstance(input_, Interval) and input_.lower == input_.upper:
             continue
         proof = runs.proof(masks[name])
         if proof is None and input_.random and not len(runs.pairs(masks[name])[0]):
-            proof = runs.proof(together)
+            proof = runs.proof(random_mask)
         if proof:
-            sure[name] = len(np.unique(runs.keys[masks[name]].sum(axis=0)))
+            proofs[name] = len(np.unique(runs.keys[masks[name]].sum(axis=0)))
         elif proof is False:
-            likely.append(name)
-    return sure, likely
+            suspects.append(name)
+    return proofs, suspects
 
 
 def all_have_effects(
     space: Space, points: tuple[np.ndarray, np.ndarray], values: np.ndarray
 ) -> bool:
     """Return whether the first few runs, as in `without_effect`, show effects of every input."""
-    few = slice(64)
-    runs = _Runs.from_values(points[0][few], points[1][few], values[few])
+    first_runs = slice(64)
+    runs = _Runs.from_values(points[0][first_runs], points[1][first_runs], values[first_runs])
     masks = _variables(space)
     return all(runs.differ(which) for which in masks.values() if which.any())
 
@@ -126,12 +126,12 @@ class _Runs:
 
     def pairs(self, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the numbers of runs that differ in these variables only: chains of pairs."""
-        rest = self.keys[~mask].sum(axis=0)
+        other_keys = self.keys[~mask].sum(axis=0)
         key = self.keys[mask].sum(axis=0)
-        order = np.lexsort((key, rest))
+        order = np.lexsort((key, other_keys))
         first = order[:-1]
         second = order[1:]
-        pair = (rest[first] == rest[second]) & (key[first] != key[second])
+        pair = (other_keys[first] == other_keys[second]) & (key[first] != key[second])
         return first[pair], second[pair]
 
     def differ(self, mask: np.ndarray) -> bool:

@@ -215,16 +215,21 @@ def not_finite(
     """Return which runs are not finite, or too large, why, and the same with a run's inputs."""
     flat = values.reshape(len(values), -1)
     size = np.maximum(flat.max(axis=1), -flat.min(axis=1))  # NaN if one is
-    bad = np.asarray(~(size <= LARGEST))
-    if not bad.any():
-        return "", "", bad
-    finite = bool(np.isfinite(size[bad]).all())
+    invalid_mask = np.asarray(~(size <= LARGEST))
+    if not invalid_mask.any():
+        return "", "", invalid_mask
+    finite = bool(np.isfinite(size[invalid_mask]).all())
     reason = f"the response is {f'larger than {LARGEST:g}' if finite else 'not finite'}"
-    k = int(np.flatnonzero(bad)[0])
+    k = int(np.flatnonzero(invalid_mask)[0])
     inputs = space.numbers_at(xi, eta).items()
-    shown = ", ".join(f"{n} = {v[k]:.9g}" for n, v in inputs)
-    hint = _of_other_sign(space, xi[bad], eta[bad])
-    text = f"{reason} in {bad.sum()} of {number_of(len(values), 'run')}, e.g. {shown}"
+    inputs_text = ", ".join(f"{n} = {v[k]:.9g}" for n, v in inputs)
+    hint = _of_other_sign(space, xi[invalid_mask], eta[invalid_mask])
+    text = (
+        f"{reason} in {invalid_mask.sum()} of {number_of(len(values), 'run')}, e.g. {inputs_text}"
+    )
     if finite:
-        hint = f"It reaches {size[bad].max():.3g}, and its square overflows: choose another unit"
-    return reason, text + (f". {hint}" if hint else ""), bad
+        hint = (
+            f"It reaches {size[invalid_mask].max():.3g}, and its square overflows: choose another "
+            "unit"
+        )
+    return reason, text + (f". {hint}" if hint else ""), invalid_mask

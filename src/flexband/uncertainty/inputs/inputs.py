@@ -176,16 +176,16 @@ class Interval(Input):
             is given.
         """
         nominal = float(check_numbers("Interval nominal", nominal))
-        given = {"percent": percent, "tolerance": tolerance, "plus": plus, "minus": minus}
-        given = {name: value for name, value in given.items() if value is not None}
-        if list(given) not in (["percent"], ["tolerance"], ["plus", "minus"]):
+        deviations = {"percent": percent, "tolerance": tolerance, "plus": plus, "minus": minus}
+        deviations = {name: value for name, value in deviations.items() if value is not None}
+        if list(deviations) not in (["percent"], ["tolerance"], ["plus", "minus"]):
             raise InputError(
                 "Interval.around must have either percent, or tolerance, or plus and minus; "
-                f"got {', '.join(given) or 'none'}"
+                f"got {', '.join(deviations) or 'none'}"
             )
         sizes = [
             float(check_non_negative(f"Interval {name}", check_numbers(f"Interval {name}", value)))
-            for name, value in given.items()
+            for name, value in deviations.items()
         ]
         if percent is not None:
             if nominal == 0:

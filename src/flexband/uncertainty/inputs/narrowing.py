@@ -51,21 +51,25 @@ class NarrowedInputs:
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return how far old η and ξ, (points, m + n), are from the part, 0 inside, (points,)."""
-        beyond = (farthest(points - self.center, self.discs) - self.radius) / self.unit
-        return np.maximum(beyond, 0.0).max(axis=1, initial=0.0)
+        excess = (farthest(points - self.center, self.discs) - self.radius) / self.unit
+        return np.maximum(excess, 0.0).max(axis=1, initial=0.0)
 
     def points(self, old: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return new ξ and η of old η and ξ, (points, m + n), about, if they are not linear."""
-        changed = np.isfinite(self.radius) & (self.radius > 0)
-        gone = {k for k, substitution in self.substitutions.items() if not substitution.remains}
-        columns = [k for k in range(old.shape[1]) if k not in gone]
-        new = np.where(changed, (old - self.center) / np.where(changed, self.radius, 1.0), old)
+        change_mask = np.isfinite(self.radius) & (self.radius > 0)
+        fixed_columns = {
+            k for k, substitution in self.substitutions.items() if not substitution.remains
+        }
+        columns = [k for k in range(old.shape[1]) if k not in fixed_columns]
+        new = np.where(
+            change_mask, (old - self.center) / np.where(change_mask, self.radius, 1.0), old
+        )
         m = self.space.interval_dimension
-        new = np.where(np.isfinite(self.radius) & ~changed, 0.0, new)[:, columns]
-        scaled = changed[columns]
-        scaled[:m] = False
+        new = np.where(np.isfinite(self.radius) & ~change_mask, 0.0, new)[:, columns]
+        scale_mask = change_mask[columns]
+        scale_mask[:m] = False
         units = np.concatenate([np.ones(m), _units(self.space)])
-        new[:, scaled] *= units[scaled]
+        new[:, scale_mask] *= units[scale_mask]
         return new[:, m:], new[:, :m]
 
 
@@ -74,13 +78,15 @@ def part_of(space: Space, changes: GivenInputs) -> NarrowedInputs:
     if not changes:
         raise InputError(f"narrowed needs at least one of {', '.join(space.inputs)}")
     changes = {name: float(c) if is_number(c) else c for name, c in changes.items()}
+    # Start with the whole of every old variable.
     first = _numbers_of_variables(space)
     total = space.interval_dimension + space.random_dimension
     center = np.zeros(total)
     radius = np.full(total, np.inf)
-    given = dict(space.given)
+    inputs = dict(space.user_inputs)
     owners = dict[str, Input]()
     substitutions = {}
+    # Replace the inputs that change, and note where the new ones are in the old variables.
     for name, change in changes.items():
         old = _old(space, name)
         owner, _, parameter = name.rpartition(".")
@@ -92,14 +98,15 @@ def part_of(space: Space, changes: GivenInputs) -> NarrowedInputs:
         except InputError as error:
             raise InputError(f"{name}: {error}") from None
         if name in space.parameters:  # it stays an interval, maybe of no width
-            kept = Interval(change, change) if is_number(change) else new
-            owners[owner] = owners.get(owner, space.inputs[owner]).replaced({parameter: kept})
+            interval = Interval(change, change) if is_number(change) else new
+            owners[owner] = owners.get(owner, space.inputs[owner]).replaced({parameter: interval})
         else:
-            given[name] = change if is_number(change) else new
+            inputs[name] = change if is_number(change) else new
         for k, (substitution, *where) in enumerate(parts, first[name]):
             substitutions[k], (center[k], radius[k]) = substitution, where
+    # A p-box whose midpoints move has another family of polynomials.
     unit = np.concatenate([np.ones(space.interval_dimension), _units(space)])
-    narrower = Space({**given, **owners})
+    narrower = Space({**inputs, **owners})
     for name, old in space.inputs.items():
         new = narrower.inputs[name]
         if isinstance(old, PBox) and isinstance(new, PBox) and old.family != new.family:
@@ -254,14 +261,14 @@ def _of_distribution(old: Distribution, new: Input) -> Placed:
 def _of_field(old: RandomField, new: RandomField) -> list[Placed]:
     before = old.std
     after = new.std
-    changed = [f.name for f in fields(old) if getattr(old, f.name) != getattr(new, f.name)]
+    differences = [f.name for f in fields(old) if getattr(old, f.name) != getattr(new, f.name)]
     if (
-        changed != ["std"]
+        differences != ["std"]
         or not (is_number(before) and is_number(after))
         or old.distribution != "normal"
     ):
         raise InputError(
-            f"a normal RandomField can be narrowed in its std, a number; {', '.join(changed)} "
+            f"a normal RandomField can be narrowed in its std, a number; {', '.join(differences)} "
             "of the new one differ"
         )
     ratio = float(after) / float(before)

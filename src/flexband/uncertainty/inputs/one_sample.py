@@ -53,8 +53,8 @@ def _of_response(error: Exception) -> bool:
     """Return whether a response raised an error itself, so that it ended in time and by itself."""
     if isinstance(error, RunError | TimeoutError):
         return False
-    raised = error.__traceback__ is not None or "__notes__" in vars(error)
-    return raised or isinstance(error, InputError)
+    has_traceback = error.__traceback__ is not None or "__notes__" in vars(error)
+    return has_traceback or isinstance(error, InputError)
 
 
 def _shape_of_result(response: Response, arguments: Mapping[str, Sample]) -> tuple[int, ...] | None:

@@ -56,9 +56,9 @@ def stretch_samples(
     direction = rng.standard_normal(normals.shape)
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     along = np.sum(normals * direction, axis=1)
-    far = farthest * (2 * ndtr(along) - 1)
-    weight = 2 * farthest * np.exp(-(far**2) / 2) / math.sqrt(2 * math.pi)
-    return normals + (far - along)[:, None] * direction, weight
+    position = farthest * (2 * ndtr(along) - 1)
+    weight = 2 * farthest * np.exp(-(position**2) / 2) / math.sqrt(2 * math.pi)
+    return normals + (position - along)[:, None] * direction, weight
 
 
 def sobol(count: int, dimension: int, seed: int = 0) -> np.ndarray:

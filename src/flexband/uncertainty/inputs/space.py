@@ -35,12 +35,12 @@ class Space:
     Results therefore do not depend on the order in which the inputs are given.
     """
 
-    given: GivenInputs  # as of a user: also numbers, correlated inputs, and parametric p-boxes
+    user_inputs: GivenInputs  # also numbers, correlated inputs, and parametric p-boxes
 
     @cached_property
     def inputs(self) -> dict[str, Input]:
         """Inputs that have variables of their own, by name, as of `unfold`; and constants."""
-        return unfold(self.given)
+        return unfold(self.user_inputs)
 
     @cached_property
     def constants(self) -> dict[str, Constant]:
@@ -53,14 +53,14 @@ class Space:
         return {name: i for name, i in self.inputs.items() if name not in self.constants}
 
     @property
-    def chosen(self) -> dict[str, Chosen]:
-        """The numbers that are chosen."""
+    def design_inputs(self) -> dict[str, Chosen]:
+        """The inputs that are chosen and not uncertain."""
         return {name: i for name, i in self.inputs.items() if isinstance(i, Chosen)}
 
     @property
     def groups(self) -> dict[str, Correlated]:
         """The inputs that depend on each other, as they are given."""
-        return {name: i for name, i in self.given.items() if isinstance(i, Correlated)}
+        return {name: i for name, i in self.user_inputs.items() if isinstance(i, Correlated)}
 
     @property
     def correlated(self) -> set[str]:
@@ -162,8 +162,8 @@ class Space:
 
     def values(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray | FunctionOfPosition]:
         """Return the inputs' values for ξ of shape (runs, n) and η of shape (runs, m)."""
-        placed = self._placed(xi, eta).items()
-        return {name: input_.value(standard) for name, (input_, standard) in placed}
+        pairs = self._placed(xi, eta).items()
+        return {name: input_.value(standard) for name, (input_, standard) in pairs}
 
     def _placed(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, tuple[Input, np.ndarray]]:
         """Return the inputs at values of their parameters, and their variables, by name."""
@@ -222,17 +222,17 @@ class Space:
         """
         for name, constant in self.constants.items():
             if name in values and np.any(np.asarray(values[name]) != constant.constant):
-                given = value_text(values[name])
-                raise InputError(f"{name} must be the constant {constant!r}; got {given}")
+                text = value_text(values[name])
+                raise InputError(f"{name} must be the constant {constant!r}; got {text}")
         values = {k: v for k, v in values.items() if k not in self.constants}
-        needed = self.uncertain
-        if values.keys() != needed.keys():
+        uncertain = self.uncertain
+        if values.keys() != uncertain.keys():
             raise InputError(
-                f"values must be given for {', '.join(needed) or 'nothing'}; "
+                f"values must be given for {', '.join(uncertain) or 'nothing'}; "
                 f"got {', '.join(values) or 'nothing'}"
             )
         columns = {}
-        for name, input_ in needed.items():
+        for name, input_ in uncertain.items():
             input_at_values = input_.at(_parameters(name, input_, values))
             columns[name] = _standard(name, input_at_values, values[name])
         counts = {len(c) for c in columns.values()} - {1}
@@ -242,8 +242,8 @@ class Space:
 
         def joined(*, random: bool) -> np.ndarray:
             blocks = [columns[name] for name in self.of_kind(random=random)]
-            repeated = (np.broadcast_to(c, (runs, c.shape[1])) for c in blocks)
-            return np.concatenate([np.zeros((runs, 0)), *repeated], axis=1)
+            full_blocks = (np.broadcast_to(c, (runs, c.shape[1])) for c in blocks)
+            return np.concatenate([np.zeros((runs, 0)), *full_blocks], axis=1)
 
         xi = joined(random=True)
         if self.factor is not None:
@@ -297,16 +297,18 @@ def check_names(response: ResponseFunction, inputs: GivenInputs) -> None:
             f"response must be a function with named arguments; got {response!r}"
         ) from None
     open_ended = any(p.kind is p.VAR_KEYWORD for p in parameters)
-    named = {p.name: p for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)}
-    unknown = [name for name in names if name not in named]
-    if unknown and not open_ended:
+    keywords = {
+        p.name: p for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)
+    }
+    unknown_names = [name for name in names if name not in keywords]
+    if unknown_names and not open_ended:
         raise InputError(
-            f"inputs name {', '.join(unknown)}, which the response does not take; "
-            f"it takes {', '.join(named) or 'nothing'}"
+            f"inputs name {', '.join(unknown_names)}, which the response does not take; "
+            f"it takes {', '.join(keywords) or 'nothing'}"
         )
-    missing = [n for n, p in named.items() if p.default is p.empty and n not in names]
-    if missing:
-        raise InputError(f"the response needs {', '.join(missing)}, which inputs do not name")
+    missing_names = [n for n, p in keywords.items() if p.default is p.empty and n not in names]
+    if missing_names:
+        raise InputError(f"the response needs {', '.join(missing_names)}, which inputs do not name")
 
 
 def error_words(error: Exception, inputs: GivenInputs) -> str:
@@ -330,11 +332,13 @@ def locate_fields(
     a time if more than four). The number of these runs is returned, 0 if every field has a domain.
     Raise `InputError` if fewer than two positions are evaluated.
     """
-    located = dict(inputs)
-    loose = {k: field for k, field in fields_of(inputs).items() if field.domain is None}
-    if not loose:
-        return located, 0
-    positions: dict[str, list[np.ndarray]] = {name: [] for name in loose}
+    new_inputs = dict(inputs)
+    loose_fields = {k: field for k, field in fields_of(inputs).items() if field.domain is None}
+    if not loose_fields:
+        return new_inputs, 0
+
+    # Functions in place of the fields record the positions.
+    positions: dict[str, list[np.ndarray]] = {name: [] for name in loose_fields}
 
     def nominal(name: str, field: Field) -> FunctionOfPosition:
         def value(x: np.ndarray) -> np.ndarray:
@@ -348,15 +352,18 @@ def locate_fields(
 
         return value
 
-    fixed = first_case(inputs)
-    given = Space({name: input_ for name, input_ in fixed.items() if name not in loose})
-    m = given.interval_dimension
+    # Evaluate the response with the nominal fields at the ends of all intervals.
+    case_inputs = first_case(inputs)
+    space = Space(
+        {name: input_ for name, input_ in case_inputs.items() if name not in loose_fields}
+    )
+    m = space.interval_dimension
     ends = np.array([-1.0, 1.0])
     eta = tensor_points([ends] * m) if m <= 4 else np.concatenate([np.eye(m), -np.eye(m)])
-    means = [family.gauss(1)[0] for family in given.families]
+    means = [family.gauss(1)[0] for family in space.families]
     runs = len(eta)
-    values = given.arguments_at(tensor_points(means).repeat(runs, axis=0), eta)
-    values |= {name: nominal(name, field) for name, field in loose.items()}
+    values = space.arguments_at(tensor_points(means).repeat(runs, axis=0), eta)
+    values |= {name: nominal(name, field) for name, field in loose_fields.items()}
     try:
         response(**values)
     except Exception as error:
@@ -366,12 +373,13 @@ def locate_fields(
         if isinstance(error, RunError | InputError | MemoryError):
             raise
         raise RunError(error_words(error, inputs), {}) from error
-    for name, field in loose.items():
+    # The domains span all positions.
+    for name, field in loose_fields.items():
         x = np.concatenate([np.zeros(0), *positions[name]])
         if not len(x) or np.ptp(x) == 0:
             raise InputError(
                 f"{name}: {field.kind} needs a domain=(start, end), since the response evaluates "
                 f"it at {f'one position only, {x[0]:g}' if len(x) else 'no position'}"
             )
-        located[name] = field.placed((float(x.min()), float(x.max())))
-    return located, runs
+        new_inputs[name] = field.placed((float(x.min()), float(x.max())))
+    return new_inputs, runs

@@ -26,12 +26,12 @@ GivenInput = Input | Choice | Correlated | FrozenDistribution | float | np.numbe
 GivenInputs = Mapping[str, GivenInput]
 
 
-def unfold(given: GivenInputs) -> dict[str, Input]:
+def unfold(user_inputs: GivenInputs) -> dict[str, Input]:
     """Return all inputs by name: correlated ones one by one, intervals as ``input.parameter``.
 
     A number is a constant. Raise `InputError` for other kinds, and for a name that stands twice.
     """
-    check_instance("inputs", given, Mapping, "a dict of names and inputs")
+    check_instance("inputs", user_inputs, Mapping, "a dict of names and inputs")
     inputs: dict[str, Input] = {}
 
     def add(name: str, input_: Input) -> None:
@@ -41,7 +41,7 @@ def unfold(given: GivenInputs) -> dict[str, Input]:
         for parameter, interval in input_.intervals.items():
             add(f"{name}.{parameter}", interval)
 
-    for name, value in given.items():
+    for name, value in user_inputs.items():
         check_instance("the name of an input", name, str, "text")
         members = value.members if isinstance(value, Correlated) else {name: _as_input(name, value)}
         for member, input_ in members.items():
@@ -80,15 +80,16 @@ def cases(inputs: GivenInputs) -> dict[str, dict[str, GivenInput]]:
     check_instance("inputs", inputs, Mapping, "a dict of names and inputs")
     choices = choices_of(inputs)
     inputs_by_label = {}
-    combined = list(product(*(choice.options for choice in choices.values())))
-    if len(combined) > max_cases:
+    combinations = list(product(*(choice.options for choice in choices.values())))
+    if len(combinations) > max_cases:
         raise InputError(
-            f"choices must have {number_of(max_cases, 'combination')} or fewer; got {len(combined)}"
+            f"choices must have {number_of(max_cases, 'combination')} or fewer; "
+            f"got {len(combinations)}"
         )
-    for options in combined:
-        fixed = {name: Constant(option) for name, option in zip(choices, options, strict=True)}
-        inputs_by_label[", ".join(map(str, options))] = {**inputs, **fixed}
-    if len(inputs_by_label) < len(combined):
+    for options in combinations:
+        constants = {name: Constant(option) for name, option in zip(choices, options, strict=True)}
+        inputs_by_label[", ".join(map(str, options))] = {**inputs, **constants}
+    if len(inputs_by_label) < len(combinations):
         raise InputError("options must differ also as texts that are joined by commas")
     return inputs_by_label
 
@@ -108,7 +109,7 @@ def first_case(inputs: GivenInputs) -> dict[str, GivenInput]:
     return next(iter(cases(inputs).values()))
 
 
-def in_words(given: GivenInputs) -> str:
+def in_words(inputs: GivenInputs) -> str:
     """Return inputs as a text, in the order of their names; functions by name, without address."""
-    text = "; ".join(f"{name} = {value!r}" for name, value in sorted(given.items()))
+    text = "; ".join(f"{name} = {value!r}" for name, value in sorted(inputs.items()))
     return re.sub(r" at 0x[0-9a-f]+", "", re.sub(r"<function (.+?) at 0x[0-9a-f]+>", r"\1", text))

@@ -49,7 +49,7 @@ class Evaluate(ABC):
         numbers = self.description.discretization.items()
         return ", ".join(f"{name} {n:.6g}" for name, n in numbers)
 
-    def earlier_runs(self, max_count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def earlier_runs(self, max_runs: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return ξ, η and values of up to so many earlier runs at generic points."""
         return np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))
 

@@ -72,12 +72,12 @@ def parts_between(values: xr.DataArray, labels: xr.DataArray) -> int:
     if axes_of(labels).time is None:
         return 1
     count = labels.shape[-1]
-    more = values.shape[-1]
-    parts = max(1, (more - 1) // max(1, count - 1))
-    if values.dims[1:] != labels.dims[1:] or parts * (count - 1) + 1 != more:
+    fine_count = values.shape[-1]
+    parts = max(1, (fine_count - 1) // max(1, count - 1))
+    if values.dims[1:] != labels.dims[1:] or parts * (count - 1) + 1 != fine_count:
         raise InputError(
             "at_more_times must divide each step between the response's times into as many; got "
-            f"{number_of(more, 'time')} for {count}"
+            f"{number_of(fine_count, 'time')} for {count}"
         )
     return parts
 

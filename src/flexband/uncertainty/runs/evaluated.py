@@ -67,7 +67,7 @@ class Evaluated:
         self.failed: dict[int, str] = {}  # number of each run that failed -> reason
         self.stored = np.zeros(0, int)  # numbers of the runs that were recorded before
         self.remarks: dict[int, list[Remark]] = {}  # number of a run -> what it warned of
-        self._known = np.zeros(len(points[0]), bool)
+        self._done_mask = np.zeros(len(points[0]), bool)
 
     @cached_property
     def numbers(self) -> np.ndarray:
@@ -77,7 +77,7 @@ class Evaluated:
     @property
     def missing(self) -> np.ndarray:
         """Numbers of the runs that have no values yet."""
-        return np.flatnonzero(~self._known)
+        return np.flatnonzero(~self._done_mask)
 
     def arguments(self, runs: np.ndarray) -> dict[str, Any]:
         """Return what the response is called with."""
@@ -88,16 +88,16 @@ class Evaluated:
         labels = self.labels
         assert labels is not None
         if self.values is None:
-            empty = np.full((len(self._known), *labels.shape[1:]), np.nan)
+            empty = np.full((len(self._done_mask), *labels.shape[1:]), np.nan)
             coords = coordinates(labels)
             self.values = xr.DataArray(empty, coords, labels.dims, labels.name, labels.attrs)
         self.values.values[runs] = values
-        self._known[runs] = True
+        self._done_mask[runs] = True
 
     def leave_out(self, failed: Mapping[int, str]) -> None:
         """Take runs as failed, for these reasons."""
         self.failed |= failed
-        self._known[list(failed)] = True
+        self._done_mask[list(failed)] = True
 
     def write(
         self, runs: np.ndarray, values: np.ndarray | None, reason: str, seconds: float
@@ -129,7 +129,7 @@ class Evaluated:
     @property
     def collected_remarks(self) -> list[CollectedRemark]:
         """The worst remark of each topic on the runs that have not failed."""
-        of_good = {run: each for run, each in self.remarks.items() if run not in self.failed}
+        of_good = {run: remarks for run, remarks in self.remarks.items() if run not in self.failed}
         return collected_remarks(self.space, self.points, of_good)
 
     def judged(self, runs: np.ndarray, outcome: Outcome) -> Judgement:
@@ -144,32 +144,35 @@ class Evaluated:
         points = tuple(v[runs] for v in self.points)
         error = outcome.error
         value = outcome.value
-        bad = {}
+        failures = {}
         if isinstance(error, RunError) and error.results is not None:
             value = error.results
-            bad = {int(runs[k]): f"at {t:g} s: {why}" for k, (t, why) in error.failures.items()}
+            failures = {
+                int(runs[k]): f"at {t:g} s: {why}" for k, (t, why) in error.failures.items()
+            }
         elif error is not None:
             scalar = None  # once it has returned values for arrays, it is none
             if self.labels is None:
                 scalar = self._of_one_sample(runs, error)
             reason = _in_words(scalar or error)
             return without_values(reason, scalar or explain_error(error, self.space, *points))
+        # Check labels and shape, and then that values are finite, run by run.
         try:
             values = self._checked(value, len(runs)).values
         except InputError as wrong:
             error = self._of_one_sample(runs, wrong) or wrong
             return without_values(str(error), error)
         reason, text, wrong = not_finite(values, self.space, *points)
-        if bad:
+        if failures:
             assert error is not None
             error = explain_error(error, self.space, *points)
         elif reason:
-            bad = dict.fromkeys(map(int, runs[wrong]), reason)
+            failures = dict.fromkeys(map(int, runs[wrong]), reason)
             error = InputError(text)
-        if not bad:
+        if not failures:
             return runs, values, {}, error
-        good = ~np.isin(runs, list(bad))
-        return runs[good], values[good], bad, error
+        good_mask = ~np.isin(runs, list(failures))
+        return runs[good_mask], values[good_mask], failures, error
 
     def _of_one_sample(self, runs: np.ndarray, error: Exception) -> InputError | None:
         """Return what `of_one_sample` does, once: it calls the response."""
@@ -223,7 +226,7 @@ def collected_remarks(
             of_topics.setdefault(remark.topic, []).append((run, remark))
     results = []
     for topic in of_topics.values():
-        run, worst = max(topic, key=lambda each: np.nan_to_num(each[1].size, nan=-np.inf))
+        run, worst = max(topic, key=lambda pair: np.nan_to_num(pair[1].size, nan=-np.inf))
         values = space.numbers_at(*(v[[run]] for v in points))
         inputs = (
             extremes_in_words(values, 0, 6)

@@ -119,8 +119,8 @@ class Evaluations:
         if response.elsewhere and len(evaluation.missing):
             names = space.recorded_at(*space.nominal())
             raise RunsNeeded(evaluation.numbers[evaluation.missing], names, setting)
-        most = 1 if response.one_by_one else self.batch
-        self._make(evaluation, evaluation.missing, most, advance)
+        call_size = 1 if response.one_by_one else self.batch
+        self._make(evaluation, evaluation.missing, call_size, advance)
         if evaluation.values is None:
             reason = next(iter(evaluation.failed.values()))
             raise RunError(f"{all_of(len(points[0]), 'run')} failed; the first: {reason}", {})
@@ -135,50 +135,62 @@ class Evaluations:
         if not len(hits) or record.labels is None:
             return
         values, reasons = record.read(rows[hits])
-        good = np.array([k for k in range(len(hits)) if k not in reasons], dtype=int)
-        evaluation.stored = hits[good]
-        if len(good):
-            evaluation.take(evaluation.stored, values[good])
-            for run, text in zip(hits[good], record.remarks(rows[hits[good]]), strict=True):
+        successes = np.array([k for k in range(len(hits)) if k not in reasons], dtype=int)
+        evaluation.stored = hits[successes]
+        if len(successes):
+            evaluation.take(evaluation.stored, values[successes])
+            for run, text in zip(
+                hits[successes], record.remarks(rows[hits[successes]]), strict=True
+            ):
                 evaluation.remarks[int(run)] = remarks_in(text)
         if self.failed == "skip":
             evaluation.leave_out({int(hits[k]): reason for k, reason in reasons.items()})
         advance(len(rows) - len(evaluation.missing))
 
-    def _make(self, evaluation: Evaluated, runs: np.ndarray, most: int, advance: Advance) -> None:
+    def _make(
+        self, evaluation: Evaluated, runs: np.ndarray, call_size: int, advance: Advance
+    ) -> None:
         """Make runs, at most so many in one call."""
+        # Split the runs into calls, each with the same random options.
         groups = evaluation.space.groups_of_options(evaluation.points[0][runs])
-        parts = [runs[group[k : k + most]] for group in groups for k in range(0, len(group), most)]
+        parts = [
+            runs[group[k : k + call_size]]
+            for group in groups
+            for k in range(0, len(group), call_size)
+        ]
         tasks = [lambda part=part: evaluation.arguments(part) for part in parts]
         unclear: list[np.ndarray] = []
         failed: dict[int, tuple[str, Exception | None, float]] = {}
         one_call_at_a_time = self.perform is in_process
         within = RunListener((lambda done, total: advance(0, done)) if one_call_at_a_time else None)
         response = evaluation.response.original
+        # Take each call as it ends; it may be unclear which of its runs failed.
         with listening(within), closing(self.perform(response, tasks)) as outcomes:
             for number, outcome in outcomes:
                 part, seconds = parts[number], outcome.seconds / len(parts[number])
                 evaluation.remark(part, outcome.remarks)
-                good, values, bad, error = evaluation.judged(part, outcome)
-                if values is not None and len(good):
-                    evaluation.take(good, values)
-                    evaluation.write(good, values, "", seconds)
-                    advance(len(good))
-                if error is not None and not bad and self.failed == "stop":
+                good_runs, values, failures, error = evaluation.judged(part, outcome)
+                if values is not None and len(good_runs):
+                    evaluation.take(good_runs, values)
+                    evaluation.write(good_runs, values, "", seconds)
+                    advance(len(good_runs))
+                if error is not None and not failures and self.failed == "stop":
                     raise error
-                if error is not None and not bad:
+                if error is not None and not failures:
                     unclear.append(part)
-                for run, reason in bad.items():
+                for run, reason in failures.items():
                     failed[run] = reason, error, seconds
                 if failed and self.failed != "half step":
                     self._fail(evaluation, failed, advance)
                     failed = {}
+        # Try failed runs with shorter steps.
         for run in list(failed):
             if self._with_shorter_steps(evaluation, np.array([run])):
                 del failed[run]
                 advance(1)
         if failed:
             self._fail(evaluation, failed, advance)
+        # Halve calls that failed as a whole, to find the runs that fail.
         for part in unclear:
             self._make(evaluation, part, -(-len(part) // 2), advance)
 
@@ -192,8 +204,8 @@ class Evaluations:
         for run, (reason, _, seconds) in failed.items():
             evaluation.write(np.array([run]), None, reason, seconds)
         evaluation.leave_out({run: reason for run, (reason, _, _) in failed.items()})
-        for reason, raised, _ in failed.values():
-            error = InputError(reason) if raised is None else raised
+        for reason, run_error, _ in failed.values():
+            error = InputError(reason) if run_error is None else run_error
             if self.failed != "skip":
                 raise error
             if evaluation.values is None and len(evaluation.failed) >= self.failures_before_stop:
@@ -209,32 +221,37 @@ class Evaluations:
         """Make a run with half the step, a quarter, …; return whether that succeeds."""
         response = evaluation.response
         for part in range(1, self.halvings + 1):
-            finer = response.refinements(**evaluation.arguments(run))
-            if "step" not in finer:
+            refinements = response.refinements(**evaluation.arguments(run))
+            if "step" not in refinements:
                 raise InputError(
                     "failed='half step' requires a response whose `refinements` have a step, "
                     "as that of dynamic_response"
                 )
-            response = finer["step"]
+            response = refinements["step"]
             tasks = [lambda: evaluation.arguments(run)]
             outcome = next(iter(self.perform(response.original, tasks)))[1]
-            good, values, _, _ = evaluation.judged(run, outcome)
-            if values is not None and len(good):
-                labelled = isinstance(outcome.value, xr.DataArray)
-                again = labelled and "halved_step" in outcome.value.attrs  # by the response
-                text = f"completed with 1/{2 ** (part + again)} of the step"
-                halved = Remark(RemarkKind.HALVED_STEP, f"a run was {text}", size=part + again)
-                evaluation.remarks[int(run[0])] = [halved]
+            good_runs, values, _, _ = evaluation.judged(run, outcome)
+            if values is not None and len(good_runs):
+                is_labelled = isinstance(outcome.value, xr.DataArray)
+                # by the response itself
+                extra_halving = is_labelled and "halved_step" in outcome.value.attrs
+                text = f"completed with 1/{2 ** (part + extra_halving)} of the step"
+                remark = Remark(
+                    RemarkKind.HALVED_STEP, f"a run was {text}", size=part + extra_halving
+                )
+                evaluation.remarks[int(run[0])] = [remark]
                 evaluation.remark(run, outcome.remarks)
-                evaluation.take(good, values)
-                evaluation.write(good, values, text, outcome.seconds)
+                evaluation.take(good_runs, values)
+                evaluation.write(good_runs, values, text, outcome.seconds)
                 return True
         return False
 
 
-def setting(case: str, finer: Iterable[str], branch: str = "") -> str:
+def setting(case: str, refined_parts: Iterable[str], branch: str = "") -> str:
     """Return as text what values depend on besides numbers: options, what is finer, the branch."""
-    return "; ".join(filter(None, (case, branch, *(f"finer {name}" for name in sorted(finer)))))
+    return "; ".join(
+        filter(None, (case, branch, *(f"finer {name}" for name in sorted(refined_parts))))
+    )
 
 
 @contextmanager
@@ -263,8 +280,8 @@ def evaluations(
 
 def forget_failed(response: ResponseFunction, inputs: GivenInputs, store: Store) -> None:
     """Let the failed runs of a store be made again, and report how many there are."""
-    placed, _ = locate_domains(response, inputs, store)
-    with evaluations(response, placed, EvaluationOptions(store=store)) as evaluate:
+    new_inputs, _ = locate_domains(response, inputs, store)
+    with evaluations(response, new_inputs, EvaluationOptions(store=store)) as evaluate:
         assert evaluate.record is not None
         count = evaluate.record.forget_failed()
     listener().warn(f"{are(count, 'failed run')} made again if needed.")

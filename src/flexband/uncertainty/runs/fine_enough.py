@@ -27,7 +27,7 @@ class DefaultOptions(NamedTuple):
     runs: int = 8  # that tell the error, as many as are simulated at once
     fall: float = 3.0  # of the error with every refinement, which is expected
     least_fall: float = 1.5  # of outputs that count: other errors do not fall
-    most: int = 5  # refinements
+    max_refinements: int = 5
     rounding: float = 1e-9  # range of an output, relative to its values, that is none
 
 
@@ -40,27 +40,29 @@ def start_fine_enough(runs: CountedRuns) -> None:
     Outputs whose range is due to rounding do not count, and those whose error does not fall ask for
     nothing finer. A discretization on which a run fails is not taken.
     """
-    if not runs.given.description.by_default:
+    if not runs.base_level.description.by_default:
         return
     listener().stage("the first runs, which tell if the default of the step is short enough")
-    allowed = OPTIONS.share * (runs.method.aimed_error or OPTIONS.tolerance)
+    max_error = OPTIONS.share * (runs.method.aimed_error or OPTIONS.tolerance)
     coarse = _outputs(runs, runs.start)
     before = np.inf
-    counted = np.array(True)
-    for _ in range(OPTIONS.most):
-        finer = runs.start
-        for name in runs.given.description.by_default:
-            finer = finer.refinements()[name]
-        fine = None if coarse is None else _outputs(runs, finer)
+    output_mask = np.array(True)
+    for _ in range(OPTIONS.max_refinements):
+        # Run the next finer level, and compare.
+        next_level = runs.start
+        for name in runs.base_level.description.by_default:
+            next_level = next_level.refinements()[name]
+        fine = None if coarse is None else _outputs(runs, next_level)
         if coarse is None or fine is None:
             return
-        error = errors(coarse, fine, quantities(runs.given, coarse.shape[1]))
-        counted = counted & (error * OPTIONS.least_fall < before)
-        worst = np.max(error, where=counted, initial=0.0)
-        if worst <= allowed:
+        error = errors(coarse, fine, quantities(runs.base_level, coarse.shape[1]))
+        output_mask = output_mask & (error * OPTIONS.least_fall < before)
+        # Stop if this error is allowed, or that of the finer level, which is smaller.
+        worst = np.max(error, where=output_mask, initial=0.0)
+        if worst <= max_error:
             return
-        runs.start = finer
-        if worst <= OPTIONS.fall * allowed:
+        runs.start = next_level
+        if worst <= OPTIONS.fall * max_error:
             return
         before = error
         coarse = fine
@@ -84,5 +86,5 @@ def errors(coarse: np.ndarray, fine: np.ndarray, of: Quantities) -> np.ndarray:
     size = np.abs(fine).max(axis=(0, 2))
     spread = largest_of(spread, of.of)
     size = largest_of(size, of.of)
-    none = spread <= OPTIONS.rounding * size
-    return np.where(none, 0.0, error / np.where(none, 1.0, spread))
+    zero_mask = spread <= OPTIONS.rounding * size
+    return np.where(zero_mask, 0.0, error / np.where(zero_mask, 1.0, spread))

@@ -38,7 +38,7 @@ def middle(values: np.ndarray) -> int:
 
 def check_repetition(
     values: np.ndarray,
-    again: Callable[[int], np.ndarray],
+    repeat_run: Callable[[int], np.ndarray],
     run: int,
     labels: xr.DataArray,
     *,
@@ -50,7 +50,7 @@ def check_repetition(
     Parameters
     ----------
     values : of all runs, which were made together, shape (runs, …).
-    again : returns the values of the run again, made in a batch of so many copies, (copies, …).
+    repeat_run : returns new values of the run, made in a batch of so many copies, (copies, …).
     run : its number.
     labels : of a response.
     noise_allowed : whether the method averages over samples and fits nothing.
@@ -61,13 +61,13 @@ def check_repetition(
         If samples of a batch change each other, or the same inputs give other values, by more than
         `limits.wrong`.
     """
-    alone = again(1)[0]
-    off, name = _apart(values, values[run], alone, labels)
+    first_values = repeat_run(1)[0]
+    off, name = _apart(values, values[run], first_values, labels)
     if off <= limits.rounding:
         return
     part = f"{100 * off:.2g} % of its variation" if np.isfinite(off) else "more than it varies"
-    repeated = again(1)[0]
-    if _apart(values, alone, repeated, labels)[0] > limits.rounding:
+    second_values = repeat_run(1)[0]
+    if _apart(values, first_values, second_values, labels)[0] > limits.rounding:
         text = (
             f"the response returns other values if the same inputs are run again: {name} differs "
             f"by {part}. Is it noisy, or does it keep a state between calls?"
@@ -77,7 +77,7 @@ def check_repetition(
                 f"{text} An expansion would fit noise; fix the seed of random numbers, make them "
                 "an input, or use a scanning method"
             )
-    elif _apart(values, again(len(values))[run], values[run], labels)[0] <= limits.rounding:
+    elif _apart(values, repeat_run(len(values))[run], values[run], labels)[0] <= limits.rounding:
         text = (
             f"the place of a sample in its batch changes {name} by {part}. Does the response use "
             "the number of the sample, or is it chaotic, so that rounding matters?"
@@ -125,13 +125,17 @@ def check_stored(
 def _apart(
     values: np.ndarray, first_run: np.ndarray, second_run: np.ndarray, labels: xr.DataArray
 ) -> tuple[float, str]:
-    """Return how far two runs differ, in parts of an output's variation, and the output of most."""
+    """Return how far two runs differ, in parts of an output's variation, and the worst output."""
     runs = values.reshape(len(values), -1, axes_of(labels).times)
-    off = np.abs(first_run - second_run).reshape(runs.shape[1:])
+    deviation = np.abs(first_run - second_run).reshape(runs.shape[1:])
     size = np.maximum(runs.max(axis=(0, 2)), -runs.min(axis=(0, 2)))
-    least = units_of(labels).least_variation(size)
-    moved = np.sqrt(np.mean(np.where(off > least[:, None], off, 0.0) ** 2, axis=1))
+    smallest_variation = units_of(labels).least_variation(size)
+    difference = np.sqrt(
+        np.mean(np.where(deviation > smallest_variation[:, None], deviation, 0.0) ** 2, axis=1)
+    )
     spread = variation(runs)
-    parts = np.divide(moved, spread, out=np.where(moved > 0, np.inf, 0.0), where=spread > 0)
-    most = int(np.argmax(parts))
-    return float(parts[most]), names_of_outputs(labels)[most]
+    parts = np.divide(
+        difference, spread, out=np.where(difference > 0, np.inf, 0.0), where=spread > 0
+    )
+    worst = int(np.argmax(parts))
+    return float(parts[worst]), names_of_outputs(labels)[worst]

@@ -38,9 +38,9 @@ def recorder(store: Store, response: ResponseFunction, space: Space) -> RunRecor
 
 
 def generic_runs(
-    record: RunRecorder, space: Space, setting: str, most: int
+    record: RunRecorder, space: Space, setting: str, max_runs: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[CollectedRemark]]:
-    """Return ξ, η, values and remarks of up to `most` runs of studies with other intervals.
+    """Return ξ, η, values and remarks of up to `max_runs` runs of studies with other intervals.
 
     They are within the intervals of this space, and the random inputs were the same. There are none
     for spaces with fields, nor where no input is an interval.
@@ -56,7 +56,7 @@ def generic_runs(
     runs = runs[:10_000]  # comparing more takes longer than making some
     names = list(space.recorded_at(*space.nominal()))
     numbers = record.inputs(runs)
-    chosen = []
+    rows = []
     points = []
     for k in np.flatnonzero(_alone(numbers)):
         try:
@@ -64,15 +64,15 @@ def generic_runs(
         except InputError:  # it is outside
             continue
         points.append(point)
-        chosen.append(k)
-        if len(chosen) == most:
+        rows.append(k)
+        if len(rows) == max_runs:
             break
-    if not chosen:
+    if not rows:
         return none
     xi, eta = (np.concatenate(parts) for parts in zip(*points, strict=True))
-    values = record.read(runs[chosen])[0]
-    recorded = record.remarks(runs[chosen])
-    remarks = {k: remarks_in(text) for k, text in enumerate(recorded) if text}
+    values = record.read(runs[rows])[0]
+    remark_texts = record.remarks(runs[rows])
+    remarks = {k: remarks_in(text) for k, text in enumerate(remark_texts) if text}
     return xi, eta, values, collected_remarks(space, (xi, eta), remarks)
 
 
@@ -80,14 +80,16 @@ def locate_domains(
     response: ResponseFunction, inputs: GivenInputs, store: Store | None
 ) -> tuple[dict[str, GivenInput], int]:
     """Return what `locate_fields` does, or the domains that `keep_domains` has written."""
-    loose = {k: field for k, field in fields_of(inputs).items() if field.domain is None}
-    if store is not None and loose:
+    loose_fields = {k: field for k, field in fields_of(inputs).items() if field.domain is None}
+    if store is not None and loose_fields:
         with suppress(OSError, ValueError, TypeError, KeyError, InputError):
             content = read_json(Path(store.folder) / FileName.DOMAINS)
             if content["owner"] == _owner(response, store):
                 domains = content["domains"]
-                placed = {n: field.placed(tuple(domains[n])) for n, field in loose.items()}
-                return {**inputs, **placed}, 0
+                new_fields = {
+                    n: field.placed(tuple(domains[n])) for n, field in loose_fields.items()
+                }
+                return {**inputs, **new_fields}, 0
     return locate_fields(response, inputs)
 
 
@@ -110,7 +112,7 @@ def _owner(response: ResponseFunction, store: Store) -> list[str]:
 
 def texts(space: Space, *, random: bool) -> str:
     """Return the random inputs, or all others but constants, as text."""
-    return in_words({k: given for k, given in space.uncertain.items() if given.random == random})
+    return in_words({k: input_ for k, input_ in space.uncertain.items() if input_.random == random})
 
 
 def _alone(numbers: np.ndarray) -> np.ndarray:

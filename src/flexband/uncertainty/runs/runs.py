@@ -54,38 +54,39 @@ def in_cases(
     check_names(function, inputs)
     response = as_response(function)
     with without_warnings(ResolutionWarning):
-        placed, explored = locate_domains(function, inputs, as_store(options.store))
-    all_inputs = cases(placed)
+        new_inputs, exploration_runs = locate_domains(function, inputs, as_store(options.store))
+    all_inputs = cases(new_inputs)
     results: dict[str, Result] = {}
-    finished = 0
+    finished_runs = 0
     labels = None
     budget = None
 
     def advance(done: int, total: int) -> None:
         nonlocal budget
         remaining = len(all_inputs) - len(results)
-        whole = finished + total * remaining
+        overall_total = finished_runs + total * remaining
         if isinstance(total, Budget):
             budget = total
         if budget and (total is budget or remaining > 1):
-            whole = Budget.from_levels(whole, budget.per_level)
+            overall_total = Budget.from_levels(overall_total, budget.per_level)
         if options.progress is not None:
-            options.progress(finished + done, whole)
+            options.progress(finished_runs + done, overall_total)
 
-    with evaluations(function, placed, options) as evaluate:
-        if explored:
-            keep_domains(function, placed, evaluate.record)
+    # Solve for each combination, with the labels of the ones before.
+    with evaluations(function, new_inputs, options) as evaluate:
+        if exploration_runs:
+            keep_domains(function, new_inputs, evaluate.record)
         for label, case_inputs in all_inputs.items():
             runs = CountedRuns(
                 response, case_inputs, method, evaluate, options, len(all_inputs), advance
             )
             runs.labels = labels
             runs.case = label
-            runs.explored = explored
+            runs.exploration_runs = exploration_runs
             runs.check_left_out()
             results[label] = solve(runs)
             labels = runs.labels
-            finished = finished + runs.done
+            finished_runs = finished_runs + runs.done
     return results
 
 
@@ -119,24 +120,24 @@ class CountedRuns:
         self.most_runs = options.most_runs
         self.count = count
         self.total += 1  # one run is made again
-        self.each = self.total if response.refines else 0
+        self.runs_per_level = self.total if response.refines else 0
         self.response = space.on_branch(response)
         self.method = method
         self.evaluations = evaluations
         self.progress = progress
         self.case = ""
-        self.explored = 0
+        self.exploration_runs = 0
         self.check = options.check
         self.stored: np.ndarray | None = None
         self.reused = 0
-        self.start = self.given  # or what is finer, see `fine_enough`
+        self.start = self.base_level  # or what is finer, see `fine_enough`
         self.levels: list[Level] = []  # discretizations with runs
         self.repeated = 0
         self.remarks: dict[tuple[str, ...], list[CollectedRemark]] = {}  # by what is finer
 
     def check_left_out(self) -> None:
         """Raise `InputError` if the method cannot choose what is left out, or not correct it."""
-        left_out = self.given.description.left_out
+        left_out = self.base_level.description.left_out
         if left_out and not self.method.chooses_discretization:
             raise InputError(
                 f"{' and '.join(left_out)} must be given for {self.method!r}; "
@@ -144,29 +145,29 @@ class CountedRuns:
             )
         method = self.method
         if method.correct and not method.chooses_discretization:
-            finer = len(self.given.refinements())
-            if not finer:
+            refinement_count = len(self.base_level.refinements())
+            if not refinement_count:
                 raise InputError(
                     f"{method!r} needs {REFINEMENTS}; got {value_text(self.response.original)}"
                 )
-            check_runs(method, self.space, self.most_runs, self.count, finer)
-            self.total += method.finer_runs(self.space, finer)
+            check_runs(method, self.space, self.most_runs, self.count, refinement_count)
+            self.total += method.finer_runs(self.space, refinement_count)
 
     @cached_property
-    def given(self) -> Level:
-        """The response as it is given."""
+    def base_level(self) -> Level:
+        """The response on the discretization that a user gives."""
         return Level(self, self.response)
 
     def __call__(
         self,
         response: Response,
-        finer: tuple[str, ...],
+        refined_parts: tuple[str, ...],
         xi: np.ndarray,
         eta: np.ndarray,
         *,
         recorded: bool = True,
     ) -> xr.DataArray:
-        """Evaluate the response, or one whose discretization is `finer`.
+        """Evaluate the response, or one with a finer discretization of its `refined_parts`.
 
         Runs that are not recorded are not counted either.
         """
@@ -175,9 +176,9 @@ class CountedRuns:
             self.total = max(self.total, self.done + len(xi))
         if not self.done:
             self.progress(0, self.budget)
-        known = setting(self.case, finer, response.branch)
+        run_setting = setting(self.case, refined_parts, response.branch)
         evaluation = self.evaluations(
-            response, self.space, known, (xi, eta), self.labels, advance, recorded=recorded
+            response, self.space, run_setting, (xi, eta), self.labels, advance, recorded=recorded
         )
         assert evaluation.values is not None
         if evaluation.failed and not self.method.skips_failed:
@@ -197,14 +198,14 @@ class CountedRuns:
         if first and self.check is not None:
             self.check(self.labels)
         if recorded:
-            self.remark(finer, evaluation.collected_remarks)
+            self.remark(refined_parts, evaluation.collected_remarks)
         if recorded and not self.levels:
             evaluation.check_size()
         return evaluation.values
 
-    def remark(self, finer: Iterable[str], remarks: Iterable[CollectedRemark]) -> None:
-        """Keep remarks on runs whose discretization is `finer`."""
-        self.remarks.setdefault(tuple(sorted(finer)), []).extend(remarks)
+    def remark(self, refined_parts: Iterable[str], remarks: Iterable[CollectedRemark]) -> None:
+        """Keep remarks on runs with a finer discretization of some parts."""
+        self.remarks.setdefault(tuple(sorted(refined_parts)), []).extend(remarks)
 
     def at_other_times(self, response: Response, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
         """Return runs of a response at other times that succeed; they are not counted."""
@@ -225,10 +226,10 @@ class CountedRuns:
             with catching() as remarks:
                 self._repeat(level.response, *call)
             of_outputs = (remark for remark in remarks if remark.outputs)  # which are noisy
-            self.remark(level.finer, [CollectedRemark(remark, 1) for remark in of_outputs])
-        good = _is_success(call[2])
-        if not good.all():
-            call = call[0][good], call[1][good], call[2][good]
+            self.remark(level.refined_parts, [CollectedRemark(remark, 1) for remark in of_outputs])
+        success_mask = _is_success(call[2])
+        if not success_mask.all():
+            call = call[0][success_mask], call[1][success_mask], call[2][success_mask]
         if not level.calls:
             self.levels.append(level)
             level.all_have_effects = all_have_effects(self.space, call[:2], call[2])
@@ -250,21 +251,25 @@ class CountedRuns:
             return
         assert self.labels is not None  # there are runs
         labels = self.labels
-        good = _is_success(values)
-        old = np.zeros(0, int) if stored is None else stored[good[stored]]
+        success_mask = _is_success(values)
+        old = np.zeros(0, int) if stored is None else stored[success_mask[stored]]
+        # Compare runs of a store with new ones.
         if record is not None and len(old):
             if not record.confirmed:
-                chosen = np.unique([old[0], old[-1]])
+                rerun_numbers = np.unique([old[0], old[-1]])
                 with without_warnings():
-                    new = self(response, (), xi[chosen], eta[chosen], recorded=False).values
-                check_stored(values[good], values[chosen], new, labels, record.store)
+                    new = self(
+                        response, (), xi[rerun_numbers], eta[rerun_numbers], recorded=False
+                    ).values
+                check_stored(values[success_mask], values[rerun_numbers], new, labels, record.store)
                 record.confirmed = True
             self._count_repeated(1)
             return
-        if not good.all():
-            xi = xi[good]
-            eta = eta[good]
-            values = values[good]
+        # Otherwise, compare a run of the batch with the same run alone.
+        if not success_mask.all():
+            xi = xi[success_mask]
+            eta = eta[success_mask]
+            values = values[success_mask]
         run = middle(values)
 
         def again(copies: int) -> np.ndarray:
@@ -293,7 +298,7 @@ class CountedRuns:
     def budget(self) -> int:
         """The number of all runs, or the most of a method that finds out how many it needs."""
         if self.method.chooses_discretization:
-            return Budget.from_levels(self.total, self.each)
+            return Budget.from_levels(self.total, self.runs_per_level)
         return self.total
 
     def attributes(self, of_method: Mapping[str, Any]) -> dict[str, Any]:
@@ -306,8 +311,8 @@ class CountedRuns:
         if self.budget > self.done or isinstance(self.budget, Budget):
             self.progress(self.done, self.done)
         xi = np.concatenate([call[0] for level in self.levels for call in level.calls])
-        counts = {"runs": self.done + self.explored, "runs_repeated": self.repeated}
-        inputs = in_words(self.space.given)
+        counts = {"runs": self.done + self.exploration_runs, "runs_repeated": self.repeated}
+        inputs = in_words(self.space.user_inputs)
         texts = {"method": repr(self.method), "inputs": inputs, "versions": versions()}
         failed = self.evaluations.failures
         if self.reused:
@@ -320,13 +325,13 @@ class CountedRuns:
             )
             doubts = of_method.get("not_trusted", "")
             texts["not_trusted"] = "; ".join(filter(None, (doubts, f"any output ({why})")))
-        halved = [*self.start.finer, *of_method.get("halved", [])]
-        finer = {"halved": halved} if halved else {}
+        halved = [*self.start.refined_parts, *of_method.get("halved", [])]
+        halvings = {"halved": halved} if halved else {}
         impacts = {"impacts": 1} if self.start.description.impacts else {}
         return {
             **counts,
             **texts,
-            **finer,
+            **halvings,
             **impacts,
             **reached_range(xi),
             **self._constant_offsets(),
@@ -342,31 +347,37 @@ class CountedRuns:
         names = self.start.of_nominal(self.response.instantaneous) if plays else None
         if names is None or self.labels is None or "output" not in self.labels.coords:
             return {}
-        every = self.labels["output"].values.astype(str).tolist()
-        varying = [name for name in every if name not in names]
-        stated = int(all(pair.constant for pair in plays.values()))
-        return {"constant_offsets": varying, "offsets_stated": stated} if varying else {}
+        output_names = self.labels["output"].values.astype(str).tolist()
+        varying_names = [name for name in output_names if name not in names]
+        all_constant = int(all(pair.constant for pair in plays.values()))
+        return (
+            {"constant_offsets": varying_names, "offsets_stated": all_constant}
+            if varying_names
+            else {}
+        )
 
     def _check_inputs(self) -> None:
         """Warn of inputs that change no output; the budget may pay for runs that prove it."""
         unread = never_read(self.response.original, self.space.inputs)
         level = max(self.levels, key=lambda level: sum(len(call[0]) for call in level.calls))
-        idle = {}
-        likely = []
+        idle_inputs = {}
+        suspects = []
         if not level.all_have_effects:
-            idle, likely = self._without_effect(level.calls)
-        likely = [name for name in likely if name not in unread]
-        further = probes(self.space, likely)
-        if likely and self.done + len(further[0]) <= self.total:
+            idle_inputs, suspects = self._without_effect(level.calls)
+        suspects = [name for name in suspects if name not in unread]
+        probe_points = probes(self.space, suspects)
+        if suspects and self.done + len(probe_points[0]) <= self.total:
             with suppress(Exception), without_warnings(ResolutionWarning):  # failures prove nothing
-                values = self(level.response, (), *further).values
-                still = self._without_effect([(*further, values)])[1]
-                idle |= {name: len(further[0]) for name in likely if name in still}
+                values = self(level.response, (), *probe_points).values
+                idle_names = self._without_effect([(*probe_points, values)])[1]
+                idle_inputs |= {
+                    name: len(probe_points[0]) for name in suspects if name in idle_names
+                }
         for name in self.space.uncertain:
             if name in unread:
                 warn(f"input {name!r} changes no output: the response never reads it")
-            elif name in idle:
-                where = " at the two values of it that were run" if idle[name] == 2 else ""
+            elif name in idle_inputs:
+                where = " at the two values of it that were run" if idle_inputs[name] == 2 else ""
                 warn(f"input {name!r} changes no output{where}")
 
     def _without_effect(self, calls: list[Call]) -> tuple[dict[str, int], list[str]]:
@@ -388,26 +399,31 @@ class Level(Evaluate):
         """Give a response of which `name` is finer than in that of a coarse level."""
         self.runs = runs
         self.response = response
-        self.finer: tuple[str, ...] = (*coarse.finer, name) if coarse else ()
+        self.refined_parts: tuple[str, ...] = (*coarse.refined_parts, name) if coarse else ()
         self.calls: list[Call] = []
         self.all_have_effects = False  # whether the first runs show effects of every input
 
     def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
-        with without_warnings(ResolutionWarning, when=bool(self.runs.given.description.left_out)):
-            values = self.runs(self.response, self.finer, xi, eta)
+        with without_warnings(
+            ResolutionWarning, when=bool(self.runs.base_level.description.left_out)
+        ):
+            values = self.runs(self.response, self.refined_parts, xi, eta)
         self.runs.keep(self, (xi, eta, values.values))
         return values
 
-    def earlier_runs(self, max_count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def earlier_runs(self, max_runs: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return ξ, η and values of up to so many runs that a store has for other intervals."""
         runs = self.runs
         record = self.runs.evaluations.record
         if record is None:
             return np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))
         xi, eta, values, remarks = generic_runs(
-            record, runs.space, setting(runs.case, self.finer, self.response.branch), max_count
+            record,
+            runs.space,
+            setting(runs.case, self.refined_parts, self.response.branch),
+            max_runs,
         )
-        runs.remark(self.finer, remarks)
+        runs.remark(self.refined_parts, remarks)
         runs.done += len(xi)
         runs.reused += len(xi)
         return xi, eta, values
@@ -440,15 +456,15 @@ class Level(Evaluate):
 
     @cached_property
     def _finer_levels(self) -> dict[str, Level]:
-        finer = self.description.refinements().items()
-        return {name: Level(self.runs, response, name, self) for name, response in finer}
+        refinements = self.description.refinements().items()
+        return {name: Level(self.runs, response, name, self) for name, response in refinements}
 
     @cached_property
     def description(self) -> Description:
         description = self.of_nominal(self.response.description)
-        if self is self.runs.given:
+        if self is self.runs.base_level:
             return description
-        return description._replace(left_out=self.runs.given.description.left_out)
+        return description._replace(left_out=self.runs.base_level.description.left_out)
 
     def of_nominal(self, method: Callable[..., Answer]) -> Answer:
         """Return what a method of the response returns for inputs at their means and midpoints."""

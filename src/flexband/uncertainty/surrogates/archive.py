@@ -35,12 +35,12 @@ class Archive(NamedTuple):
 
 def write_archive(file: Path, about: Any, arrays: Mapping[str, np.ndarray]) -> None:
     """Write arrays and a record of numbers and texts, compressed unless that is suspicious."""
-    named: dict[str, Any] = {TEXT: np.array(json.dumps(about)), **arrays}
-    named[DIGEST] = np.array(digest(named))
+    contents: dict[str, Any] = {TEXT: np.array(json.dumps(about)), **arrays}
+    contents[DIGEST] = np.array(digest(contents))
     for save in (np.savez_compressed, np.savez):
         with replaced(file) as partial:
-            with partial.open("wb") as opened:
-                save(opened, **named)
+            with partial.open("wb") as stream:
+                save(stream, **contents)
             with zipfile.ZipFile(partial) as archive:
                 if _is_plausible(archive, partial):
                     return
@@ -64,8 +64,8 @@ def read_archive(file: Path) -> Archive:
         if len(set(names)) < len(names):
             raise ValueError("two arrays of one name")
         arrays = {name.removesuffix(".npy"): _array(archive.read(name)) for name in names}
-    written = str(arrays.pop(DIGEST, ""))
-    intact = written == digest(arrays)
+    stored_digest = str(arrays.pop(DIGEST, ""))
+    intact = stored_digest == digest(arrays)
     text = str(arrays.pop(TEXT))
     return Archive(json.loads(text, parse_constant=_refuse), arrays, intact)
 
@@ -79,19 +79,19 @@ def _is_plausible(archive: zipfile.ZipFile, file: Path) -> bool:
 
 def _array(content: bytes) -> np.ndarray:
     """Return the array of a .npy file, whose header must be true to the size of the content."""
-    opened = BytesIO(content)
-    version = np.lib.format.read_magic(opened)
+    stream = BytesIO(content)
+    version = np.lib.format.read_magic(stream)
     read = {
         (1, 0): np.lib.format.read_array_header_1_0,
         (2, 0): np.lib.format.read_array_header_2_0,
     }[version]
-    shape, _, dtype = read(opened)
+    shape, _, dtype = read(stream)
     if dtype.kind not in "biufUMm" or min(shape, default=0) < 0:
         raise ValueError(f"an array of {dtype} and shape {shape}")
-    if math.prod(shape) * dtype.itemsize != len(content) - opened.tell():
+    if math.prod(shape) * dtype.itemsize != len(content) - stream.tell():
         raise ValueError("an array that is not as large as it says")
-    opened.seek(0)
-    array = np.lib.format.read_array(opened, allow_pickle=False)
+    stream.seek(0)
+    array = np.lib.format.read_array(stream, allow_pickle=False)
     if dtype.kind == "f" and not np.isfinite(array).all():
         raise ValueError("an array with numbers that are not finite")
     return array

@@ -38,8 +38,8 @@ class AttributeRecord:
     def read(cls, source: xr.Dataset | Mapping[Any, Any]) -> Self:
         """Return the record of a dataset, or of its attributes."""
         attributes = source.attrs if isinstance(source, xr.Dataset) else source
-        known = (f.name for f in fields(cls) if f.name in attributes)
-        return cls(**{name: attributes[name] for name in known})
+        names = (f.name for f in fields(cls) if f.name in attributes)
+        return cls(**{name: attributes[name] for name in names})
 
 
 @dataclass(frozen=True)
@@ -107,8 +107,8 @@ class BandRecord(AttributeRecord):
     @property
     def error_of_runs(self) -> float | None:
         """The expected error of the intervals that were run; None without one."""
-        known = self.expected_error is None
-        return self.expected_error_of_runs if known else self.expected_error
+        is_missing = self.expected_error is None
+        return self.expected_error_of_runs if is_missing else self.expected_error
 
     @property
     def tolerance_missed(self) -> bool:
@@ -163,7 +163,7 @@ def bands(
 
 def remark(space: Space) -> dict[str, str]:
     """Return, as an attribute of results, that they are over all values of what is chosen."""
-    names = list(space.chosen)
+    names = list(space.design_inputs)
     text = f"over all values of {', '.join(names)}; surrogate.narrowed has those of one"
     return {"remark": text} if names else {}
 

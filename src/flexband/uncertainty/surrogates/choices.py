@@ -22,7 +22,7 @@ from flexband.uncertainty.surrogates.verdicts import VerificationRecord
 PLACES = {"mean": "mean_at", "error_bar": "error_bar_at"}
 
 
-def over_choices(given: GivenInputs, bands_by_label: Mapping[str, xr.Dataset]) -> xr.Dataset:
+def over_choices(inputs: GivenInputs, bands_by_label: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Return bands over all combinations of options, each with bands by its label.
 
     These are the lowest of all lower and the highest of all upper bounds, and the largest of the
@@ -32,8 +32,9 @@ def over_choices(given: GivenInputs, bands_by_label: Mapping[str, xr.Dataset]) -
     """
     names = list(bands_by_label)
     bands = list(bands_by_label.values())
-    worst = max(bands, key=lambda each: BandRecord.read(each).expected_error or 0.0)
+    worst = max(bands, key=lambda dataset: BandRecord.read(dataset).expected_error or 0.0)
     result = worst.copy()
+    # Take the outermost bounds, with the places and the combinations that they are due to.
     for name in sorted(VARIABLES - set(PLACES.values())):
         values = np.stack([case_bands[name].values for case_bands in bands])
         best = np.stack([values[:, 0].argmin(axis=0), values[:, 1].argmax(axis=0)])
@@ -47,15 +48,17 @@ def over_choices(given: GivenInputs, bands_by_label: Mapping[str, xr.Dataset]) -
                 places = np.stack([case_bands[at].values for case_bands in bands], axis=1)
                 parts = np.stack([_choose(input_places, best) for input_places in places])
                 result[at] = worst[at].dims, parts
+    # Take the worst of the diagnostics.
     for name in set(worst.data_vars) - VARIABLES:
         if all(name in case_bands for case_bands in bands):
             values = np.stack([case_bands[name].values for case_bands in bands])
-            least = values.dtype == bool or str(name).endswith("_least")
-            result[name] = worst[name].dims, values.min(0) if least else values.max(0)
+            takes_minimum = values.dtype == bool or str(name).endswith("_least")
+            result[name] = worst[name].dims, values.min(0) if takes_minimum else values.max(0)
     attrs: dict[str, Any] = {
         "choice_runs": [BandRecord.read(case_bands).runs for case_bands in bands]
     }
-    attrs["inputs"] = in_words(given)
+    attrs["inputs"] = in_words(inputs)
+    # Add up numbers of runs, and keep the largest errors.
     for name, value in worst.attrs.items():
         case_values = [case_bands.attrs.get(name, 0) for case_bands in bands]
         if name == "runs_generic":  # what one combination hides, the others do not show
@@ -67,6 +70,7 @@ def over_choices(given: GivenInputs, bands_by_label: Mapping[str, xr.Dataset]) -
     for name in ("carrier_frequencies", "steps_per_period"):
         if name in worst.attrs:
             attrs[name] = [v for case_bands in bands for v in case_bands.attrs.get(name, [])]
+    # Join the doubts of all combinations.
     doubts = {
         label: BandRecord.read(case_bands).not_trusted
         for label, case_bands in bands_by_label.items()
@@ -82,7 +86,7 @@ def verified_choices(verifications: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Return the results of `verify` of every combination of options, along the dim "choice"."""
     joint = xr.concat(list(verifications.values()), "choice", combine_attrs="drop", join="exact")
     first = next(iter(verifications.values())).attrs
-    confirmed = [
+    confirmations = [
         VerificationRecord.read(verification).confirmed for verification in verifications.values()
     ]
     counts = {
@@ -90,7 +94,9 @@ def verified_choices(verifications: Mapping[str, xr.Dataset]) -> xr.Dataset:
         for name in ("runs", "runs_failed")
     }
     attrs = {name: sum(of_cases) for name, of_cases in counts.items() if of_cases} | {
-        "confirmed": next((word for word in ("no", "yes") if word in confirmed), confirmed[0]),
+        "confirmed": next(
+            (word for word in ("no", "yes") if word in confirmations), confirmations[0]
+        ),
         "verdict": ". ".join(f"{k}: {v.attrs['verdict']}" for k, v in verifications.items()),
     }
     attrs |= carried(*(verification.attrs for verification in verifications.values()))
@@ -106,23 +112,31 @@ def _choose(values: np.ndarray, best: np.ndarray) -> np.ndarray:
 class SurrogateOfChoices:
     """The surrogates of all combinations of options, used as one."""
 
-    given: GivenInputs  # the inputs, choices included
+    user_inputs: GivenInputs  # the inputs, choices included
     surrogates: Mapping[str, Surrogate]  # label of the combination -> its surrogate
 
     def __repr__(self) -> str:
-        return f"<Surrogate of {', '.join(self.given)}; choices {', '.join(self.surrogates)}>"
+        return f"<Surrogate of {', '.join(self.user_inputs)}; choices {', '.join(self.surrogates)}>"
 
     @cached_property
     def choices(self) -> dict[str, Choice]:
         """The discrete inputs, in the order of their names."""
-        return choices_of(self.given)
+        return choices_of(self.user_inputs)
 
     @cached_property
     def verification(self) -> xr.Dataset | None:
         """What verification runs say of the surrogates, dim "choice"; None without such runs."""
-        made = {label: case.verification for label, case in self.surrogates.items()}
-        known = {label: each for label, each in made.items() if each is not None}
-        return verified_choices(known) if len(known) == len(made) else None
+        case_verifications = {label: case.verification for label, case in self.surrogates.items()}
+        verifications = {
+            label: verification
+            for label, verification in case_verifications.items()
+            if verification is not None
+        }
+        return (
+            verified_choices(verifications)
+            if len(verifications) == len(case_verifications)
+            else None
+        )
 
     def evaluate(self, **values: Any) -> xr.DataArray:
         """Return the response at values of the inputs, dims ("sample", …).
@@ -141,11 +155,11 @@ class SurrogateOfChoices:
         order = []
         for label in dict.fromkeys(labels.tolist()):
             rows = np.flatnonzero(labels == label)
-            some = {
+            row_values = {
                 k: np.asarray(v)[rows] if np.shape(v)[:1] == (count,) else v
                 for k, v in others.items()
             }
-            part = self.surrogates[label].evaluate(**some)
+            part = self.surrogates[label].evaluate(**row_values)
             parts.append(part.isel(sample=np.zeros(len(rows), int)) if len(part) == 1 else part)
             order.append(rows)
         joint: xr.DataArray = xr.concat(parts, "sample")  # pyright: ignore
@@ -173,15 +187,15 @@ class SurrogateOfChoices:
         surrogates = {
             label: surrogate.narrowed(**inputs) for label, surrogate in self.surrogates.items()
         }
-        given = next(iter(surrogates.values())).space.given
-        return SurrogateOfChoices({**given, **self.choices}, surrogates)
+        user_inputs = next(iter(surrogates.values())).space.user_inputs
+        return SurrogateOfChoices({**user_inputs, **self.choices}, surrogates)
 
     def bands(self, sigmas: float = 1.0) -> xr.Dataset:
         """Return interval mean and interval error bar over all options; see `over_choices`."""
         bands_by_label = {
             label: surrogate.bands(sigmas) for label, surrogate in self.surrogates.items()
         }
-        return over_choices(self.given, bands_by_label)
+        return over_choices(self.user_inputs, bands_by_label)
 
     def _labels(self, values: Mapping[str, Any]) -> np.ndarray:
         """Return the label of the combination of each sample, shape (samples,) or (1,)."""

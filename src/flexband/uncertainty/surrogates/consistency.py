@@ -26,6 +26,7 @@ def check(surrogate: Surrogate) -> None:
     diagnostics = surrogate.diagnostics
     if not space.inputs or labels.dims[0] != "sample" or len(labels):
         raise InputError("the surrogate must have inputs, and labels without runs")
+    # Check that the expansions are those of the outputs, times and inputs.
     check_labels(labels)
     dimensions = space.random_dimension, space.interval_dimension
     axes = axes_of(labels)
@@ -41,8 +42,9 @@ def check(surrogate: Surrogate) -> None:
             f"the expansions must be those of {number_of(outputs, 'output')}, each once; earlier "
             "versions took outputs without a time for one: make the surrogate again"
         )
-    corrected = surrogate.expansions if surrogate.correction else ()
-    for expansion, part in zip(corrected, surrogate.correction, strict=True):
+    # Check the corrections and the held-out runs.
+    expansions = surrogate.expansions if surrogate.correction else ()
+    for expansion, part in zip(expansions, surrogate.correction, strict=True):
         shapes = expansion.hybrid.coefficients.shape[1], part.hybrid.coefficients.shape[1]
         if shapes[0] != shapes[1] or not np.array_equal(expansion.outputs, part.outputs):
             raise InputError("a correction must be that of its expansions")
@@ -52,6 +54,7 @@ def check(surrogate: Surrogate) -> None:
         verifies = surrogate.held_out.verifies
     if verifies != bool(diagnostics.attrs.get("judged_by")):
         raise InputError("verification runs must have weights")
+    # Check attributes and diagnostics.
     _check_attributes(diagnostics.attrs)
     _check_attributes({} if surrogate.verification is None else surrogate.verification.attrs)
     for variable in (*labels.coords.values(), *diagnostics.variables.values()):
@@ -83,15 +86,15 @@ def _check_expansion(expansion: Expansion, n: int, m: int, times: int) -> None:
         raise InputError("values of an expansion must be finite, and those of the labels")
 
 
-def _check_held_out(held: HeldOut, n: int, m: int, outputs: int, times: int) -> None:
-    runs = len(held.missed)
+def _check_held_out(held_out_runs: HeldOut, n: int, m: int, outputs: int, times: int) -> None:
+    runs = len(held_out_runs.missed)
     shapes = {"xi": (runs, n), "eta": (runs, m), "missed": (runs, outputs, times)}
-    shapes |= {"overshoot": (outputs, times), "weight": (runs * held.verifies,)}
+    shapes |= {"overshoot": (outputs, times), "weight": (runs * held_out_runs.verifies,)}
     for name, shape in shapes.items():
-        array = getattr(held, name)
+        array = getattr(held_out_runs, name)
         if array.dtype.kind != "f" or array.shape != shape or not np.all(np.abs(array) <= LARGEST):
             raise InputError(f"{name} of held-out runs must be finite, of shape {shape}")
-    window = np.asarray(held.window)
+    window = np.asarray(held_out_runs.window)
     if not runs or window.shape or window.dtype.kind not in "iu" or not 0 <= window <= times:
         raise InputError("held-out runs must be some, and their window within the times")
 

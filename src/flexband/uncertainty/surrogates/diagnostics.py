@@ -119,8 +119,8 @@ def missed_part(
     missed: np.ndarray, F: np.ndarray, units: Units, quantities: Quantities | None = None
 ) -> np.ndarray:
     """Return which part of the variation of runs F is missed, (outputs,); 0 where F is constant."""
-    varied = np.where(varying_outputs(F, units), variation(F), np.inf)
-    return rms(missed) / (varied if quantities is None else quantities.at_least(varied))
+    variations = np.where(varying_outputs(F, units), variation(F), np.inf)
+    return rms(missed) / (variations if quantities is None else quantities.at_least(variations))
 
 
 def trust(

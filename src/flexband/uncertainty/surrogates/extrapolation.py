@@ -44,9 +44,9 @@ def warn_of_extrapolation(space: Space, xi: np.ndarray, attrs: Mapping[str, Any]
     numbers = input_.as_numbers(name, np.reshape(standard, (-1, 1))) if alone else {}
     if name in numbers:
         values = [f"{value:.6g}, " for value in numbers[name]]
-    shown = [f"{v}ξ = {x:.3g}" for v, x in zip(values, standard, strict=True)]
+    point_texts = [f"{v}ξ = {x:.3g}" for v, x in zip(values, standard, strict=True)]
     label = name if input_.dimension == 1 else f"{name}[{term}]"
     warn(
-        f"the surrogate extrapolates: {label} ({shown[0]}) is beyond its runs, which are "
-        f"between ({shown[1]}) and ({shown[2]})"
+        f"the surrogate extrapolates: {label} ({point_texts[0]}) is beyond its runs, which are "
+        f"between ({point_texts[1]}) and ({point_texts[2]})"
     )

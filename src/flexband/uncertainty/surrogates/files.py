@@ -82,12 +82,14 @@ def save_surrogate(surrogate: Surrogate | SurrogateOfChoices, file: str | Path) 
         about, arrays = _record(surrogate)
     else:
         parts = [_record(case_surrogate) for case_surrogate in surrogate.surrogates.values()]
-        named = enumerate(case_arrays for _, case_arrays in parts)
+        array_sets = enumerate(case_arrays for _, case_arrays in parts)
         arrays = {
-            f"{k}/{name}": array for k, case_arrays in named for name, array in case_arrays.items()
+            f"{k}/{name}": array
+            for k, case_arrays in array_sets
+            for name, array in case_arrays.items()
         }
         about = {
-            "given": _recorded_inputs(surrogate.given),
+            "given": _recorded_inputs(surrogate.user_inputs),
             "parts": [record for record, _ in parts],
         }
     write_archive(_path(file), about | {"format": FORMAT, "numbering": NUMBERING}, arrays)
@@ -96,28 +98,28 @@ def save_surrogate(surrogate: Surrogate | SurrogateOfChoices, file: str | Path) 
 def _record(surrogate: Surrogate) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     labels = surrogate.labels
     diagnostics = surrogate.diagnostics
-    named = {f"coords/{k}": c for k, c in coordinates(labels).items()}
+    variables_by_path = {f"coords/{k}": c for k, c in coordinates(labels).items()}
     variables = diagnostics.drop_vars(labels.coords, errors="ignore").variables
-    named |= {f"diagnostics/{k}": v for k, v in variables.items()}
+    variables_by_path |= {f"diagnostics/{k}": v for k, v in variables.items()}
     verification = surrogate.verification
     if verification is not None:
-        named |= {f"verification/{k}": v for k, v in verification.variables.items()}
+        variables_by_path |= {f"verification/{k}": v for k, v in verification.variables.items()}
     arrays: dict[str, np.ndarray] = {
         name: values.values.astype(str) if values.dtype == object else values.values
-        for name, values in named.items()
+        for name, values in variables_by_path.items()
     }
     for group in ("expansions", "correction"):
         for k, expansion in enumerate(getattr(surrogate, group)):
             arrays |= {f"{group}/{k}/{name}": v for name, v in expansion.arrays().items()}
-    held = surrogate.held_out
-    if held is not None:
-        fields_of_runs = {name: np.asarray(v) for name, v in vars(held).items()}
+    held_out_runs = surrogate.held_out
+    if held_out_runs is not None:
+        fields_of_runs = {name: np.asarray(v) for name, v in vars(held_out_runs).items()}
         arrays |= {f"held_out/{name}": v for name, v in fields_of_runs.items() if v.shape != (0,)}
     about = {
-        "inputs": _recorded_inputs(surrogate.space.given),
+        "inputs": _recorded_inputs(surrogate.space.user_inputs),
         "dims": labels.dims,
         "shape": labels.shape,
-        "named": {name: (v.dims, _attributes(v.attrs)) for name, v in named.items()},
+        "named": {name: (v.dims, _attributes(v.attrs)) for name, v in variables_by_path.items()},
         "attributes": _attributes(diagnostics.attrs),
         "expansions": [type(expansion).__name__ for expansion in surrogate.expansions],
     }
@@ -170,8 +172,8 @@ def load_surrogate(file: str | Path, *, outdated: bool = False) -> Surrogate | S
         with without_warnings():  # which were given when it was made
             return _choices(about, arrays) if "parts" in about else _surrogate(about, arrays)
     except OutdatedError as error:
-        opened = "load_surrogate(file, outdated=True) opens it as it is"
-        raise OutdatedError(f"{file}: {error}, and {opened}") from None
+        hint = "load_surrogate(file, outdated=True) opens it as it is"
+        raise OutdatedError(f"{file}: {error}, and {hint}") from None
     except InputError as error:
         raise InputError(f"{file}: {error}") from None
     except Exception:  # whatever a damaged file raises
@@ -193,8 +195,8 @@ def same_expansions(
 
 
 def _same_expansions(first: Surrogate, second: Surrogate) -> bool:
-    unjudged = (replace(case, held_out=None, verification=None) for case in (first, second))
-    (about, arrays), (other_about, other_arrays) = map(_record, unjudged)
+    bare_surrogates = (replace(case, held_out=None, verification=None) for case in (first, second))
+    (about, arrays), (other_about, other_arrays) = map(_record, bare_surrogates)
     names = {name for name in {*arrays, *other_arrays} if name.startswith("expansions/")}
     return about["inputs"] == other_about["inputs"] and all(
         name in arrays and name in other_arrays and np.array_equal(arrays[name], other_arrays[name])
@@ -216,33 +218,33 @@ def _path(file: str | PathLike[str]) -> Path:
 
 
 def _choices(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> SurrogateOfChoices:
-    given = {name: _restore(input_record) for name, input_record in about["given"].items()}
-    labels = cases(given)
+    inputs = {name: _restore(input_record) for name, input_record in about["given"].items()}
+    labels = cases(inputs)
     surrogates = {}
     for k, (label, record) in enumerate(zip(labels, about["parts"], strict=True)):
         surrogates[label] = surrogate = _surrogate(record, _under(f"{k}/", arrays))
-        kept = surrogate.space.given
-        if any(kept.get(name) != labels[label][name] for name in choices_of(given)):
+        case_inputs = surrogate.space.user_inputs
+        if any(case_inputs.get(name) != labels[label][name] for name in choices_of(inputs)):
             raise InputError(f"the choices of {label} must be those of its surrogate")
     if len(arrays) != sum(len(_under(f"{k}/", arrays)) for k in range(len(surrogates))):
         raise ValueError("arrays without a use")
-    return SurrogateOfChoices(given, surrogates)
+    return SurrogateOfChoices(inputs, surrogates)
 
 
 def _surrogate(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Surrogate:
     """Return the surrogate of a record and its arrays, which must fit together."""
-    named = {k: (dims, arrays[k], attrs) for k, (dims, attrs) in about["named"].items()}
-    coords = _under("coords/", named)
-    variables = _under("diagnostics/", named)
+    variables_by_path = {k: (dims, arrays[k], attrs) for k, (dims, attrs) in about["named"].items()}
+    coords = _under("coords/", variables_by_path)
+    variables = _under("diagnostics/", variables_by_path)
     labels = xr.DataArray(np.zeros(about["shape"]), dims=about["dims"], coords=coords)
-    held = _under("held_out/", arrays)
-    corrected = any(name.startswith("correction/") for name in arrays)
+    run_arrays = _under("held_out/", arrays)
+    has_correction = any(name.startswith("correction/") for name in arrays)
     groups = {
         group: [_under(f"{group}/{k}/", arrays) for k in range(len(about["expansions"]))]
-        for group in ("expansions", "correction")[: 1 + corrected]
+        for group in ("expansions", "correction")[: 1 + has_correction]
     }
     counts = (len(part) for parts in groups.values() for part in parts)
-    if len(arrays) != len(named) + len(held) + sum(counts):
+    if len(arrays) != len(variables_by_path) + len(run_arrays) + sum(counts):
         raise ValueError("arrays without a use")
     space = Space({name: _restore(record) for name, record in about["inputs"].items()})
     expansions = {
@@ -253,11 +255,11 @@ def _surrogate(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Su
         for group, parts in groups.items()
     }
     diagnostics = xr.Dataset(variables, attrs=about["attributes"])
-    held_out = HeldOut(**held | {"window": held["window"][()]}) if held else None  # pyright: ignore
+    held_out = HeldOut(**run_arrays | {"window": run_arrays["window"][()]}) if run_arrays else None  # pyright: ignore
     verification = None
     if "verification" in about:
         record = about["verification"]
-        dataset = xr.Dataset(_under("verification/", named), attrs=record["attributes"])
+        dataset = xr.Dataset(_under("verification/", variables_by_path), attrs=record["attributes"])
         verification = dataset.set_coords(record["coords"])
     surrogate = Surrogate(
         space, labels, diagnostics=diagnostics, held_out=held_out, verification=verification,
@@ -276,8 +278,8 @@ def _expansion(kind: str, arrays: Mapping[str, np.ndarray], space: Space) -> Exp
     return getattr(import_module(expansions[kind]), kind).of_arrays(space.families, **arrays)
 
 
-def _under(start: str, named: Mapping[str, Entry]) -> dict[str, Entry]:
-    return {k.removeprefix(start): v for k, v in named.items() if k.startswith(start)}
+def _under(start: str, entries: Mapping[str, Entry]) -> dict[str, Entry]:
+    return {k.removeprefix(start): v for k, v in entries.items() if k.startswith(start)}
 
 
 def _attributes(attributes: Mapping[Hashable, object]) -> dict[str, Record]:
@@ -298,10 +300,10 @@ def _attributes(attributes: Mapping[Hashable, object]) -> dict[str, Record]:
 def _recorded(value: object) -> Record:
     """Return an input, or the value of one of its fields, as a record."""
     if isinstance(value, Input | Correlated | Choice):
-        named = {f.name: getattr(value, f.name) for f in fields(value)}
+        field_values = {f.name: getattr(value, f.name) for f in fields(value)}
         kind = type(value).__name__
         module = type(value).__module__
-        return {"input": kind, "module": module, "fields": _recorded(tuple(named.items()))}
+        return {"input": kind, "module": module, "fields": _recorded(tuple(field_values.items()))}
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if isinstance(value, Mapping):
@@ -310,13 +312,13 @@ def _recorded(value: object) -> Record:
         return [_recorded(entry) for entry in value]
     if value is None or isinstance(value, str | int | float):
         return value
-    for key, registered in _FUNCTIONS.items():
-        for name, function in registered.items():
+    for key, functions in _FUNCTIONS.items():
+        for name, function in functions.items():
             if value is function:
                 return {key: name}
             if isinstance(function, type) and type(value) is function:
-                named = {f.name: getattr(value, f.name) for f in fields(function)}
-                return {key: name, "fields": _recorded(tuple(named.items()))}
+                field_values = {f.name: getattr(value, f.name) for f in fields(function)}
+                return {key: name, "fields": _recorded(tuple(field_values.items()))}
     raise InputError(
         f"{value!r} cannot be saved; fields of inputs may be numbers, texts, tuples, inputs, None, "
         f"the correlations {', '.join(RandomField.correlations)} and functions in Field.functions"
@@ -330,14 +332,14 @@ def _restore(record: Any) -> Any:
         return tuple(_restore(entry) for entry in record)
     if not isinstance(record, Mapping):
         return record
-    for key, registered in _FUNCTIONS.items():
+    for key, functions in _FUNCTIONS.items():
         if key in record:
             name = record[key]
-            if name not in registered:
+            if name not in functions:
                 raise InputError(f"the {key} {name!r} must be in {owners[key]} first")
-            if isinstance(registered[name], type):
-                return registered[name](**dict(_restore(record["fields"])))
-            return registered[name]
+            if isinstance(functions[name], type):
+                return functions[name](**dict(_restore(record["fields"])))
+            return functions[name]
     values = dict(_restore(record["fields"]))
     kind = record["input"]
     if kind == "Choice":

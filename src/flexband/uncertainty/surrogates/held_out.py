@@ -33,8 +33,10 @@ class HeldOut:
     def expected_error(self, intervals: int) -> np.ndarray:
         """Return the error expected of the error bar over so many intervals, (outputs, times)."""
         if self.verifies:
-            counted = np.sqrt(np.minimum(self.weight, 1.0))[:, None, None] * np.abs(self.missed)
-            return running_rms(np.hypot(counted.max(axis=0), self.overshoot), self.window)
+            weighted_errors = np.sqrt(np.minimum(self.weight, 1.0))[:, None, None] * np.abs(
+                self.missed
+            )
+            return running_rms(np.hypot(weighted_errors.max(axis=0), self.overshoot), self.window)
         missed = np.sqrt(np.mean(self.missed**2, axis=0))
         return running_rms(np.hypot(share(intervals) * missed, self.overshoot), self.window)
 

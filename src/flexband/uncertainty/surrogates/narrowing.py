@@ -17,20 +17,22 @@ from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.sigmas import growth
 
 
-def runs_in(part: NarrowedInputs, held: HeldOut) -> HeldOut:
+def runs_in(part: NarrowedInputs, held_out_runs: HeldOut) -> HeldOut:
     """Return the held-out runs that judge a part of the inputs, in its variables."""
-    old = np.concatenate([held.eta, held.xi], axis=1)
-    near = held.nearest(part.distance(old))
-    xi, eta = part.points(old[near])
-    weight = held.weight[near] if held.verifies else held.weight
-    return replace(held, xi=xi, eta=eta, missed=held.missed[near], weight=weight)
+    old = np.concatenate([held_out_runs.eta, held_out_runs.xi], axis=1)
+    nearest = held_out_runs.nearest(part.distance(old))
+    xi, eta = part.points(old[nearest])
+    weight = held_out_runs.weight[nearest] if held_out_runs.verifies else held_out_runs.weight
+    return replace(
+        held_out_runs, xi=xi, eta=eta, missed=held_out_runs.missed[nearest], weight=weight
+    )
 
 
 def narrowed_diagnostics(
     diagnostics: xr.Dataset,
     labels: xr.DataArray,
     part: NarrowedInputs,
-    held: HeldOut | None,
+    held_out_runs: HeldOut | None,
     values: np.ndarray,
 ) -> xr.Dataset:
     """Return the diagnostics of a surrogate for a part of its inputs, from those of the whole.
@@ -47,19 +49,19 @@ def narrowed_diagnostics(
     diagnostics.attrs.setdefault("inputs_of_runs", BandRecord.read(diagnostics).inputs)
     if "expected_error" in diagnostics.attrs:
         diagnostics.attrs["expected_error_of_runs"] = BandRecord.read(diagnostics).expected_error
-    diagnostics.attrs["inputs"] = in_words(part.space.given)
+    diagnostics.attrs["inputs"] = in_words(part.space.user_inputs)
     for name in relative:
         if isinstance(diagnostics.attrs.get(name), float):
             del diagnostics.attrs[name]
     for name in BandRecord.read(diagnostics).refined:
         diagnostics.attrs.pop(f"{name}_error", None)
     diagnostics = diagnostics.assign_attrs(_reached_range(diagnostics, part))
-    if held is None:
+    if held_out_runs is None:
         return diagnostics
     # now that of the bands as well
     diagnostics = diagnostics.drop_vars("pointwise_error", errors="ignore")
-    intervals = int(np.count_nonzero(part.radius[: held.eta.shape[1]] > 0))
-    error = held.expected_error(intervals)
+    intervals = int(np.count_nonzero(part.radius[: held_out_runs.eta.shape[1]] > 0))
+    error = held_out_runs.expected_error(intervals)
     rounding = np.finfo(float).eps * np.sqrt(np.mean(values**2, axis=(0, 2)))
     error = np.maximum(error, rounding[:, None]).reshape(labels.shape[1:])
     of_mean = growth(0) if part.space.random_dimension else 1.0
@@ -67,18 +69,18 @@ def narrowed_diagnostics(
     for band, factor in (("mean", of_mean), ("error_bar", 1.0)):
         expansion_error = xr.Variable(labels.dims[1:], factor * error)
         expansion_error += diagnostics.variables.get(f"{band}_integration_error", 0.0)
-        finer = diagnostics.variables.get(f"{band}_discretization_error", 0.0)
+        discretization_error = diagnostics.variables.get(f"{band}_discretization_error", 0.0)
         new |= {
             f"{band}_expansion_error": expansion_error,
-            f"{band}_expected_error": expansion_error + finer,
+            f"{band}_expected_error": expansion_error + discretization_error,
         }
     diagnostics = diagnostics.assign(new)
-    diagnostics.attrs["runs_inside"] = len(held.missed)
-    missed = np.sqrt(np.mean(held.missed**2, axis=(0, 2)))
-    varied = np.sqrt(np.mean((values - values.mean(axis=0)) ** 2, axis=(0, 2)))
-    vary = units_of(labels).varies(varied, np.sqrt(np.mean(values**2, axis=(0, 2))))
+    diagnostics.attrs["runs_inside"] = len(held_out_runs.missed)
+    missed = np.sqrt(np.mean(held_out_runs.missed**2, axis=(0, 2)))
+    variation = np.sqrt(np.mean((values - values.mean(axis=0)) ** 2, axis=(0, 2)))
+    vary = units_of(labels).varies(variation, np.sqrt(np.mean(values**2, axis=(0, 2))))
     diagnostics.attrs.pop("not_trusted", None)
-    judgement = trust(labels, np.divide(missed, varied, out=np.zeros_like(missed), where=vary))
+    judgement = trust(labels, np.divide(missed, variation, out=np.zeros_like(missed), where=vary))
     diagnostics["trusted"] = judgement["trusted"]
     return diagnostics.assign_attrs(judgement.attrs)
 

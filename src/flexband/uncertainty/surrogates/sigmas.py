@@ -25,14 +25,14 @@ True errors at one time scatter more than means; few are above twice this one, s
 docs/evidence/honesty.md.
 """
 
-MOST = 1000.0
+MAX_SIGMAS = 1000.0
 
 
 def checked_sigmas(sigmas: float) -> float:
     """Return k as a float; raise `InputError` if it is not a positive number up to 1000."""
     k = float(check_positive("sigmas", check_numbers("sigmas", sigmas)))
-    if k > MOST:
-        raise InputError(f"sigmas must be {MOST:g} or less; got {k:g}")
+    if k > MAX_SIGMAS:
+        raise InputError(f"sigmas must be {MAX_SIGMAS:g} or less; got {k:g}")
     return k
 
 
@@ -54,15 +54,17 @@ def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) ->
 def _of_sigmas(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
     """Return what `diagnostics_of` does, with a `pointwise_error` only if the method tells it."""
     of_sigmas = ("error_bar_", "pointwise_")  # what the names of errors of μ ± kσ begin with
-    narrowed = "inputs_of_runs" in diagnostics.attrs  # which has no errors relative to its bands
-    if sigmas == 1 and not narrowed:
+    is_narrowed = "inputs_of_runs" in diagnostics.attrs  # which has no errors relative to its bands
+    if sigmas == 1 and not is_narrowed:
         return with_relative_errors(diagnostics, bar)
     before = {str(k): diagnostics.variables[k] for k in diagnostics}
     errors = {k: v * growth(sigmas) for k, v in before.items() if k.startswith(of_sigmas)}
-    finer = "error_bar_discretization_error"
-    if finer in errors:  # of bands: if σ alone moves, it is k times as large
-        errors[finer] = before[finer] * max(sigmas, growth(sigmas))
-        errors["error_bar_expected_error"] = errors[finer] + errors["error_bar_expansion_error"]
+    error_name = "error_bar_discretization_error"
+    if error_name in errors:  # of bands: if σ alone moves, it is k times as large
+        errors[error_name] = before[error_name] * max(sigmas, growth(sigmas))
+        errors["error_bar_expected_error"] = (
+            errors[error_name] + errors["error_bar_expansion_error"]
+        )
     others = diagnostics.drop_vars("relative_expected_error", errors="ignore")
     bar_diagnostics = with_relative_errors(others.assign(errors), bar)
     relative = {
@@ -74,9 +76,9 @@ def _of_sigmas(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.
             "discretization_error",
         )
         if f"error_bar_{name}" in errors
-        and (narrowed or isinstance(bar_diagnostics.attrs.get(name), float))
+        and (is_narrowed or isinstance(bar_diagnostics.attrs.get(name), float))
     }
-    if "discretization_error" in relative and not narrowed:
+    if "discretization_error" in relative and not is_narrowed:
         before_ratio = BandRecord.read(bar_diagnostics).discretization_error or 1.0
         ratio = relative["discretization_error"] / before_ratio
         for name in (f"{part}_error" for part in BandRecord.read(bar_diagnostics).refined):
@@ -100,8 +102,8 @@ def relative_to_bars(
     no width.
     """
     relative = relative_errors(diagnostics, "expected_error", bar)
-    hidden = varying_outputs(F, units).reshape(relative.shape) & ~bars_vary(bar)
-    return np.where(hidden, beyond, relative)
+    zero_width = varying_outputs(F, units).reshape(relative.shape) & ~bars_vary(bar)
+    return np.where(zero_width, beyond, relative)
 
 
 def bars_vary(bar: xr.DataArray) -> np.ndarray:
@@ -113,8 +115,8 @@ def bars_vary(bar: xr.DataArray) -> np.ndarray:
 
 def with_relative_errors(diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
     """Return diagnostics with `relative_expected_error` of each output, if errors are estimated."""
-    estimated = {"mean_expected_error", "error_bar_expected_error"} <= set(diagnostics)
-    if not estimated or "relative_expected_error" in diagnostics:
+    has_errors = {"mean_expected_error", "error_bar_expected_error"} <= set(diagnostics)
+    if not has_errors or "relative_expected_error" in diagnostics:
         return diagnostics
     relative = relative_errors(diagnostics, "expected_error", bar)
     return diagnostics.assign(relative_expected_error=(axes_of(bar).dims, relative))

@@ -177,14 +177,16 @@ class Surrogate:
             held_out=None,
             verification=None,
         )
-        held = None
+        held_out_runs = None
         values = np.zeros((0, 1, 1))
         if self.held_out is not None:
-            held = runs_in(part, self.held_out)
-            joint = surrogate.standard(held.xi, held.eta)
+            held_out_runs = runs_in(part, self.held_out)
+            joint = surrogate.standard(held_out_runs.xi, held_out_runs.eta)
             values = joint.reshape(len(joint), *self.held_out.missed.shape[1:])
-        diagnostics = narrowed_diagnostics(self.diagnostics, self.labels, part, held, values)
-        return replace(surrogate, diagnostics=diagnostics, held_out=held)
+        diagnostics = narrowed_diagnostics(
+            self.diagnostics, self.labels, part, held_out_runs, values
+        )
+        return replace(surrogate, diagnostics=diagnostics, held_out=held_out_runs)
 
     def bands(self, sigmas: float = 1.0) -> xr.Dataset:
         """Return interval mean and interval error bar, with the diagnostics.

@@ -101,12 +101,14 @@ def in_words(attrs: Mapping[str, Any]) -> str:
     for verdict in of_attributes(attrs):
         groups.setdefault((verdict.part, verdict.cause), []).append(verdict)
     lines = []
-    for (part, cause), some in groups.items():
-        shown = ", ".join(verdict.output for verdict in some[:3]) + (", …" if len(some) > 3 else "")
-        worst = max(some, key=lambda verdict: verdict.error)
+    for (part, cause), verdicts in groups.items():
+        output_names = ", ".join(verdict.output for verdict in verdicts[:3]) + (
+            ", …" if len(verdicts) > 3 else ""
+        )
+        worst = max(verdicts, key=lambda verdict: verdict.error)
         text = (
-            f"the error of {shown} that is due to the {part} no longer falls: it oscillates about "
-            f"{worst.frequency:.3g} times per unit of time"
+            f"the error of {output_names} that is due to the {part} no longer falls: it oscillates "
+            f"about {worst.frequency:.3g} times per unit of time"
         )
         *others, last = (remedy.text for remedy in REMEDIES[cause])
         if cause is Cause.WAVES:

@@ -53,114 +53,120 @@ class VerificationVerdict:
     confirmation: Confirmation  # the verdict
     # numbers of runs that did not fail, that did, and at bounds
     runs: int
-    failed: int
+    failed_runs: int
     at_bounds: int
     # number of the output that decides: with the largest error of those that are refuted, of those
     # that may be, or of all
     output: int
-    # errors of this output, in parts of the error bar's width: inferred from the runs, with
-    # confidence at least, and what the method expected
-    inferred: float
-    least: float
-    expected: float = np.nan
+    # errors of this output, in parts of the error bar's width: inferred from the runs, a lower
+    # bound with confidence, and what the method expected
+    inferred_error: float
+    lower_bound: float
+    expected_error: float = np.nan
     # the largest error that the method expected of any output, in parts of its width
-    claimed: float = np.nan
+    claimed_error: float = np.nan
     ratio: float = np.nan  # inferred over expected error of this output
-    refuted: int = 0
+    refuted_count: int = 0
     """Number of outputs whose expected error is not confirmed."""
-    confidence: float = np.nan  # of `least`
+    confidence: float = np.nan  # of `lower_bound`
 
     @staticmethod
-    def from_runs(checked: xr.Dataset, good: np.ndarray) -> VerificationVerdict:
-        """Return the verdict of the results of runs; `good` are those that did not fail."""
-        at_bounds = sum(place != "anywhere" for place in checked["run_place"].values[good].tolist())
-        counts = len(good), checked.sizes["sample"] - len(good), at_bounds
-        width, inferred, least = (
-            np.ravel(checked[k]) for k in ("bar_width", "implied_error", "least_error")
+    def from_runs(results: xr.Dataset, good_runs: np.ndarray) -> VerificationVerdict:
+        """Return the verdict of the results of runs; `good_runs` are those that did not fail."""
+        at_bounds = sum(
+            place != "anywhere" for place in results["run_place"].values[good_runs].tolist()
         )
-        share = inferred / width
-        least = least / width
+        counts = len(good_runs), results.sizes["sample"] - len(good_runs), at_bounds
+        width, inferred_error, lower_bound = (
+            np.ravel(results[k]) for k in ("bar_width", "implied_error", "least_error")
+        )
+        share = inferred_error / width
+        lower_bound = lower_bound / width
         output = int(share.argmax())
-        if "allowed" not in checked:
-            errors = float(share[output]), float(least[output])
+        if "allowed" not in results:
+            errors = float(share[output]), float(lower_bound[output])
             return VerificationVerdict(Confirmation.NOT_ESTIMATED, *counts, output, *errors)
-        expected = np.ravel(checked["expected_error"])
-        ratio = inferred / expected
-        refuted = np.flatnonzero(~np.ravel(checked["confirmed"].values))
-        if refuted.size:
-            output = int(refuted[ratio[refuted].argmax()])
+        expected_error = np.ravel(results["expected_error"])
+        ratio = inferred_error / expected_error
+        refuted_outputs = np.flatnonzero(~np.ravel(results["confirmed"].values))
+        if refuted_outputs.size:
+            output = int(refuted_outputs[ratio[refuted_outputs].argmax()])
         elif ratio.max() > 1:
             output = int(ratio.argmax())
-        claims = expected / width
-        whole = 1.0  # an output with a larger error than its bars are wide varies by rounding
-        claimed = claims[claims < whole].max(initial=0.0)
+        claims = expected_error / width
+        full_width = 1.0  # an output with a larger error than its bars are wide varies by rounding
+        claimed_error = claims[claims < full_width].max(initial=0.0)
         return VerificationVerdict(
-            Confirmation.REFUTED if refuted.size else Confirmation.CONFIRMED,
+            Confirmation.REFUTED if refuted_outputs.size else Confirmation.CONFIRMED,
             *counts,
             output=output,
-            inferred=float(share[output]),
-            least=float(least[output]),
-            expected=float(claims[output]),
-            claimed=float(claimed),
+            inferred_error=float(share[output]),
+            lower_bound=float(lower_bound[output]),
+            expected_error=float(claims[output]),
+            claimed_error=float(claimed_error),
             ratio=float(ratio[output]),
-            refuted=refuted.size,
-            confidence=VerificationRecord.read(checked).confidence,
+            refuted_count=refuted_outputs.size,
+            confidence=VerificationRecord.read(results).confidence,
         )
 
-    def in_words(self, checked: xr.Dataset, labels: xr.DataArray) -> str:
+    def in_words(self, results: xr.Dataset, labels: xr.DataArray) -> str:
         """Return the verdict as a sentence without its full stop."""
-        failed = f" ({self.failed} more failed, and what fails is rarely random)"
-        runs = f"{number_of(self.runs, 'verification run')}{failed if self.failed else ''}, "
+        failure_text = f" ({self.failed_runs} more failed, and what fails is rarely random)"
+        runs = (
+            f"{number_of(self.runs, 'verification run')}{failure_text if self.failed_runs else ''}"
+            ", "
+        )
         runs += f"{self.at_bounds} of them at the ends of the bands,"
         are, imply = ("is", "implies") if self.runs == 1 else ("are", "imply")
         if self.confirmation is Confirmation.NOT_ESTIMATED:
             return (
-                f"{runs} {imply} an error of {in_percent(self.inferred)} of the error bar's width; "
-                "the method does not estimate the error of its expansion"
+                f"{runs} {imply} an error of {in_percent(self.inferred_error)} of the error bar's "
+                "width; the method does not estimate the error of its expansion"
             )
         if self.confirmation is Confirmation.REFUTED:
             text = (
                 f"NOT confirmed: {runs} {are} missed by {self.ratio:.2g} times as much as the "
-                f"expected error allows, {_where(checked, labels, self.output)}; bands may be off "
-                f"by {in_percent(self.inferred)} of the error bar's width. If the expected error "
-                f"were right, less than {in_percent(1 - self.confidence)} of verifications would "
-                "find so much"
+                f"expected error allows, {_where(results, labels, self.output)}; bands may be off "
+                f"by {in_percent(self.inferred_error)} of the error bar's width. If the expected "
+                f"error were right, less than {in_percent(1 - self.confidence)} of verifications "
+                "would find so much"
             )
             outputs = (
-                f". Outputs that are not confirmed: {self.refuted} of {checked['missed'].size}"
+                f". Outputs that are not confirmed: {self.refuted_count} of "
+                f"{results['missed'].size}"
             )
-            return text + outputs * (self.refuted > 1)
-        size = f"{in_percent(self.inferred)} of the error bar's width"
+            return text + outputs * (self.refuted_count > 1)
+        size = f"{in_percent(self.inferred_error)} of the error bar's width"
         size += _output_text(labels, self.output)
         if self.ratio > 1:
             over = " (both are root mean squares over time)" if labels.ndim > 1 else ""
-            sure = f"{100 * self.confidence:.0f} % confidence"
+            confidence_text = f"{100 * self.confidence:.0f} % confidence"
             return (
                 f"Estimate confirmed as far as so few runs can tell: {runs} {imply} an error of "
-                f"{size} ({in_percent(self.least)} or more with {sure}), where "
-                f"{in_percent(self.expected)} is expected{over}"
+                f"{size} ({in_percent(self.lower_bound)} or more with {confidence_text}), where "
+                f"{in_percent(self.expected_error)} is expected{over}"
             )
         text = (
             f"Estimate confirmed: {runs} {are} missed by no more than expected; the largest error "
             f"that follows is {size}"
         )
-        claim = f"; the runs of the method imply {in_percent(self.claimed)}"
-        return text + claim * (self.claimed > self.inferred)
+        claim = f"; the runs of the method imply {in_percent(self.claimed_error)}"
+        return text + claim * (self.claimed_error > self.inferred_error)
 
 
 def verdict(
-    checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray, sampled: int, held_out: int
+    results: xr.Dataset, labels: xr.DataArray, good_runs: np.ndarray, sampled: int, held_out: int
 ) -> dict[str, str | float]:
     """Return attributes "confirmed", "verdict" and "inferred_share" of good runs.
 
     `sampled` and `held_out` count those of them, and of the runs of the method, that are samples of
     the whole space.
     """
-    judged = VerificationVerdict.from_runs(checked, good)
+    outcome = VerificationVerdict.from_runs(results, good_runs)
     return {
-        "confirmed": judged.confirmation.value,
-        "inferred_share": judged.inferred,
-        "verdict": f"{judged.in_words(checked, labels)}. {_can_miss(sampled, held_out)}",
+        "confirmed": outcome.confirmation.value,
+        "inferred_share": outcome.inferred_error,
+        "verdict": f"{outcome.in_words(results, labels)}. {_can_miss(sampled, held_out)}",
     }
 
 
@@ -176,17 +182,17 @@ def _can_miss(sampled: int, held_out: int) -> str:
     )
 
 
-def inferred_share(checked: xr.Dataset) -> float:
+def inferred_share(results: xr.Dataset) -> float:
     """Return the largest error inferred from verification runs, in parts of the bar's width."""
-    return float((checked["implied_error"] / checked["bar_width"]).max())
+    return float((results["implied_error"] / results["bar_width"]).max())
 
 
-def _where(checked: xr.Dataset, labels: xr.DataArray, output: int) -> str:
+def _where(results: xr.Dataset, labels: xr.DataArray, output: int) -> str:
     """Return in words where an output is missed most: output, time and inputs."""
     dims, sizes, last, _ = axes_of(labels)
     index = dict(zip(dims, np.unravel_index(output, sizes) if dims else (), strict=True))
     names = _names(labels, output)
-    output_results = checked.isel(index)
+    output_results = results.isel(index)
     words = [f"most in {', '.join(names)}"] if names else ["most"]
     if last is not None:
         at = int(output_results["missed_most_at"])
@@ -194,8 +200,8 @@ def _where(checked: xr.Dataset, labels: xr.DataArray, output: int) -> str:
         number = f"{stamp:.4g}" if isinstance(stamp, int | float | np.number) else str(stamp)
         unit = unit_of_variable(labels[last]) if last in labels.coords else ""
         words.append(f"at {last} {number} {unit}".rstrip())
-    if "run_values" in checked:
-        values = zip(checked["input"].values, checked["run_values"].values, strict=True)
+    if "run_values" in results:
+        values = zip(results["input"].values, results["run_values"].values, strict=True)
         words.append(
             "with " + extremes_in_words(dict(values), int(output_results["missed_most_in"]), 6)
         )
@@ -213,8 +219,8 @@ def _names(labels: xr.DataArray, output: int) -> list[str]:
 
 def _output_text(labels: xr.DataArray, output: int) -> str:
     """Return " for y", or nothing where there is one output only."""
-    several = np.prod(axes_of(labels).shape) > 1
-    return f" for {', '.join(_names(labels, output))}" if several else ""
+    needs_name = np.prod(axes_of(labels).shape) > 1
+    return f" for {', '.join(_names(labels, output))}" if needs_name else ""
 
 
 def in_percent(part: float) -> str:

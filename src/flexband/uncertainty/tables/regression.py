@@ -70,7 +70,7 @@ def surrogate_of_rows(
     attrs = {
         "runs": len(table.response),
         "method": f"regression of a table of {len(table.response)} rows",
-        "inputs": in_words(space.given),
+        "inputs": in_words(space.user_inputs),
         "versions": versions(),
         **reached_range(xi),
     }

@@ -20,14 +20,15 @@ from flexband.uncertainty.expansions.bounds.terms import (
 @compiled
 def descend(terms, coefficients, c, sign, lines, active, eta):  # noqa: PLR0912
     """Move variables of active lanes to the best of `lines`; leave active those that move."""
-    tried, polynomials, counts = lines
+    line_points, polynomials, counts = lines
     (m, lanes), orders, groups = eta.shape, polynomials.shape[2], terms.depends.shape[1]
     powers, sums = np.empty((3, orders, m, lanes)), np.zeros((groups, lanes))
     along, part = np.empty((orders, groups, lanes)), np.empty(lanes)
     height, value, best = np.empty(lanes), np.empty(lanes), np.empty(lanes)
     rest, mean, square = np.empty(lanes), np.empty(lanes), np.empty(lanes)
     least_gain, at = np.zeros(lanes), np.empty(lanes, np.int64)
-    unmoved, moved = np.zeros(lanes, np.int64), np.zeros(lanes, np.bool_)
+    idle_count, move_mask = np.zeros(lanes, np.int64), np.zeros(lanes, np.bool_)
+    # Evaluate the sums of the terms at the start.
     chebyshev_powers(eta, powers)
     for i in range(len(terms.first) - 1):
         product(terms, i, -1, powers, part)
@@ -37,11 +38,12 @@ def descend(terms, coefficients, c, sign, lines, active, eta):  # noqa: PLR0912
                 sums[j, n] += part[n] * coefficients[t, n]
                 least_gain[n] += OPTIONS.min_gain * abs(coefficients[t, n])
     aim(sums, c, sign, value)
+    # Visit one variable after the other, until no lane has moved in any of them.
     for step in range(OPTIONS.max_sweeps * m):
-        a, going = step % m, False
+        a, continues = step % m, False
         for n in range(lanes):
-            going = going or (active[n] and unmoved[n] < m)
-        if not going:
+            continues = continues or (active[n] and idle_count[n] < m)
+        if not continues:
             break
         highest = _along(terms, coefficients, a, powers, part, sums, along)
         for n in range(lanes):
@@ -49,6 +51,7 @@ def descend(terms, coefficients, c, sign, lines, active, eta):  # noqa: PLR0912
         for j in range(1, groups):
             for n in range(0 if terms.depends[a, j] else lanes):
                 rest[n] += sums[j, n] * sums[j, n]
+        # Find the lowest value along the line.
         for g in range(counts[a] if highest else 0):
             copy(mean, sums[0])
             copy(square, rest)
@@ -63,16 +66,22 @@ def descend(terms, coefficients, c, sign, lines, active, eta):  # noqa: PLR0912
             for n in range(lanes):
                 height[n] = sign * (mean[n] + c * np.sqrt(square[n]))
             if terms.partner[a] >= 0:
-                _leave_out(tried[a, g], eta[terms.partner[a]], height)
+                _leave_out(line_points[a, g], eta[terms.partner[a]], height)
             for n in range(lanes):
                 if height[n] < best[n]:
                     best[n], at[n] = height[n], g
+        # Move the variable there, and update powers and sums.
         for n in range(lanes):
-            if not active[n] or unmoved[n] == m:
+            if not active[n] or idle_count[n] == m:
                 continue
-            unmoved[n] += 1
+            idle_count[n] += 1
             if at[n] >= 0:
-                value[n], unmoved[n], moved[n], eta[a, n] = best[n], 0, True, tried[a, at[n]]
+                value[n], idle_count[n], move_mask[n], eta[a, n] = (
+                    best[n],
+                    0,
+                    True,
+                    line_points[a, at[n]],
+                )
                 for k in range(highest + 1):
                     powers[0, k, a, n] = polynomials[a, at[n], k]
                 for j in range(groups):
@@ -80,7 +89,7 @@ def descend(terms, coefficients, c, sign, lines, active, eta):  # noqa: PLR0912
                         sums[j, n] = along[0, j, n]
                         for k in range(1, highest + 1):
                             sums[j, n] += along[k, j, n] * powers[0, k, a, n]
-    copy(active, moved)
+    copy(active, move_mask)
 
 
 @compiled
@@ -120,7 +129,7 @@ def _along(terms, coefficients, a, powers, part, sums, along):
         for t in range(terms.first[i], terms.first[i + 1]):
             j = terms.group[t]
             for n in range(len(part)):
-                own_part = part[n] * coefficients[t, n]
-                along[k, j, n] += own_part
-                along[0, j, n] -= own_part * powers[0, k, a, n]
+                term_part = part[n] * coefficients[t, n]
+                along[k, j, n] += term_part
+                along[0, j, n] -= term_part * powers[0, k, a, n]
     return highest

@@ -35,30 +35,34 @@ def _extremes(
 ) -> list[Extremes]:
     """Return the bounds of μ + c σ of some of the terms, which must be those of μ if c is zero."""
     order = np.flatnonzero(which)[np.lexsort((expansion.j[which], expansion.i[which]))]
-    used, i = np.unique(expansion.i[order], return_inverse=True)
-    index = expansion.interval_index[used]
+    interval_terms, i = np.unique(expansion.i[order], return_inverse=True)
+    index = expansion.interval_index[interval_terms]
     j = expansion.j[order]
     orders, weight = tuple(index.max(axis=0, initial=0).tolist()), np.sqrt(expansion.norms)[j, None]
     points, neighbours = scan(orders)
     points = in_discs(points, expansion.discs)
-    grid = np.ascontiguousarray(expansion.chebyshev(points).T[used[i]]), points, neighbours
+    grid = (
+        np.ascontiguousarray(expansion.chebyshev(points).T[interval_terms[i]]),
+        points,
+        neighbours,
+    )
     terms = ExpansionTerms.from_index(index, i, j, expansion.discs)
-    tried = lines(orders, expansion.discs)
+    line_points = lines(orders, expansion.discs)
     series = expansion.coefficients.shape[1]
     # lower bounds minimize μ + c σ, upper bounds −(μ + c σ)
     targets = np.array([(c, sign) for c in sigmas for sign in (1.0, -1.0)]).reshape(-1, 2)
     values, places = (np.empty((len(targets), series, *m)) for m in ((), (len(orders),)))
 
     def solve(first: int) -> None:
-        some = slice(first, first + OPTIONS.series_at_once)
-        coefficients = np.ascontiguousarray((expansion.coefficients[order, some] * weight).T)
+        columns = slice(first, first + OPTIONS.series_at_once)
+        coefficients = np.ascontiguousarray((expansion.coefficients[order, columns] * weight).T)
         # arrays of one layout, since the search is compiled for each that it is given
-        least, place = (
+        minima, place = (
             np.empty((len(targets), len(coefficients), *m)) for m in ((), (len(orders),))
         )
-        search(terms, grid, tried, coefficients, targets, least, place)
-        values[:, some] = least
-        places[:, some] = place
+        search(terms, grid, line_points, coefficients, targets, minima, place)
+        values[:, columns] = minima
+        places[:, columns] = place
 
     in_threads(solve, range(0, series if sigmas else 0, OPTIONS.series_at_once))
     return [Extremes(values[k : k + 2], places[k : k + 2]) for k in range(0, len(targets), 2)]

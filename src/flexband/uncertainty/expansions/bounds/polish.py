@@ -15,7 +15,7 @@ from flexband.uncertainty.expansions.bounds.terms import chebyshev_powers, fill,
 
 
 @compiled
-def polish(terms, coefficients, c, sign, active, eta, reach, least):
+def polish(terms, coefficients, c, sign, active, eta, reach, minimum):
     """Move η of active lanes, (m, lanes), towards a minimum of sign (μ + c σ), and fill its value.
 
     It ends when most lanes have arrived; the others stay active, for the next batch. `reach` is the
@@ -41,19 +41,21 @@ def polish(terms, coefficients, c, sign, active, eta, reach, least):
     slope = np.empty(m)
     curve = np.empty((m, m))
     y = np.empty(m)
-    held = np.zeros(m, np.bool_)
-    fill(least, np.inf)
-    most = 0
+    at_rim = np.zeros(m, np.bool_)
+    fill(minimum, np.inf)
+    # Count the lanes that move.
+    active_count = 0
     for n in range(lanes):
-        most += active[n]
+        active_count += active[n]
     for k in range(OPTIONS.max_newton_steps):
         _evaluate(terms, coefficients, c, sign, trial, work, value, new_gradient, new_hessian)
         remaining = 0
         for n in range(lanes):
             if not active[n]:
                 continue
-            if value[n] < least[n] or least[n] == np.inf:
-                least[n] = value[n]
+            # Accept a step that is lower; otherwise try a part of it from the last point.
+            if value[n] < minimum[n] or minimum[n] == np.inf:
+                minimum[n] = value[n]
                 reach[n] = reach[n] if k == 0 else 1.0
                 for a in range(m):
                     eta[a, n] = trial[a, n]
@@ -62,19 +64,20 @@ def polish(terms, coefficients, c, sign, active, eta, reach, least):
                         hessian[a, b, n] = new_hessian[a, b, n]
             else:
                 reach[n] *= 0.25
+            # Take Newton's step, in the coordinates of discs.
             for a in range(m):
                 x[a] = eta[a, n]
                 slope[a] = gradient[a, n]
                 for b in range(a + 1):
                     curve[a, b] = curve[b, a] = hessian[a, b, n]
-            _to_discs(terms.partner, x, slope, curve, held)
+            _to_discs(terms.partner, x, slope, curve, at_rim)
             gain = step(x, slope, curve, reach[n], y)
-            _from_discs(terms.partner, eta[:, n], held, y)
-            active[n] = gain > OPTIONS.min_relative_gain * abs(least[n])
+            _from_discs(terms.partner, eta[:, n], at_rim, y)
+            active[n] = gain > OPTIONS.min_relative_gain * abs(minimum[n])
             remaining += active[n]
             for a in range(m):
                 trial[a, n] = y[a]
-        if remaining == 0 or (k > 0 and OPTIONS.min_active_part * remaining < most):
+        if remaining == 0 or (k > 0 and OPTIONS.min_active_part * remaining < active_count):
             break
 
 
@@ -128,11 +131,13 @@ def _sums(terms, coefficients, powers, sums, slopes, part):
     for i in range(len(terms.first) - 1):
         begin = terms.first[i]
         end = terms.first[i + 1]
+        # Add Φ_i to the sums of its terms.
         product(terms, i, -1, powers, part)
         for t in range(begin, end):
             j = terms.group[t]
             for n in range(lanes):
                 sums[j, n] += part[n] * coefficients[t, n]
+        # Add its derivative by each of its variables.
         for f in range(terms.first_factor[i], terms.first_factor[i + 1]):
             a = terms.variable[f]
             k = terms.order[f]
@@ -169,6 +174,7 @@ def _curvatures(terms, coefficients, powers, along, part, hessian):
                 for n in range(lanes):
                     second = powers[1, k, a, n] * powers[1, order, b, n]
                     part[n] = weight[n] * (powers[2, k, a, n] if f == g else second)
+                # Multiply by the factors of the other variables.
                 for h in range(begin, end):
                     if h != f and h != g:  # noqa: PLR1714 (a tuple is slow)
                         d = terms.variable[h]
@@ -180,7 +186,7 @@ def _curvatures(terms, coefficients, powers, along, part, hessian):
 
 
 @compiled
-def _to_discs(partner, x, slope, curve, held):
+def _to_discs(partner, x, slope, curve, at_rim):
     """Write the variables of discs as steps of −1 … 1, in place, with their derivatives.
 
     Where the value falls outwards at a rim, they are a radius, held at its bound, and the way along
@@ -194,8 +200,9 @@ def _to_discs(partner, x, slope, curve, held):
             continue
         size = np.sqrt(x[a] ** 2 + x[b] ** 2)
         outwards = x[a] * slope[a] + x[b] * slope[b]
-        held[a] = size >= RADIUS * (1 - 1e-9) and outwards < 0
-        if held[a]:
+        at_rim[a] = size >= RADIUS * (1 - 1e-9) and outwards < 0
+        if at_rim[a]:
+            # Rotate slope and curvature into the directions outwards and along the rim.
             c = x[a] / size
             s = x[b] / size
             slope[a], slope[b] = c * slope[a] + s * slope[b], c * slope[b] - s * slope[a]
@@ -209,25 +216,26 @@ def _to_discs(partner, x, slope, curve, held):
                 v = curve[k, b]
                 curve[k, a] = c * u + s * v
                 curve[k, b] = c * v - s * u
+            # The rim bends inwards.
             curve[b, b] -= slope[a] / RADIUS
             x[a] = 1.0
             x[b] = 0.0
         else:
-            more = part_of_slope * np.sqrt(slope[a] ** 2 + slope[b] ** 2)
-            curve[a, a] += more
-            curve[b, b] += more
+            shift = part_of_slope * np.sqrt(slope[a] ** 2 + slope[b] ** 2)
+            curve[a, a] += shift
+            curve[b, b] += shift
             x[a] = 0.0
             x[b] = 0.0
 
 
 @compiled
-def _from_discs(partner, eta, held, y):
+def _from_discs(partner, eta, at_rim, y):
     """Write steps of `_to_discs` from η as places in the discs, in place."""
     for a in range(len(eta)):
         b = partner[a]
         if b < a:
             continue
-        if held[a]:
+        if at_rim[a]:
             turn = y[b] / RADIUS
             c = np.cos(turn)
             s = np.sin(turn)
@@ -237,7 +245,7 @@ def _from_discs(partner, eta, held, y):
             y[a] += eta[a]
             y[b] += eta[b]
         size = np.sqrt(y[a] ** 2 + y[b] ** 2)
-        if held[a] or size > RADIUS:
+        if at_rim[a] or size > RADIUS:
             y[a] *= RADIUS / size
             y[b] *= RADIUS / size
 
@@ -250,17 +258,17 @@ def step(eta, gradient, hessian, reach, trial):
     positive definite; otherwise it grows until H + τ I is.
     """
     m = len(eta)
-    held = np.empty(m, np.bool_)
+    at_bound = np.empty(m, np.bool_)
     factor = np.empty((m, m))
     size = 1e-300
     shift = 0.0
     gain = 0.0
     for a in range(m):
-        held[a] = (eta[a] <= -1 and gradient[a] > 0) or (eta[a] >= 1 and gradient[a] < 0)
-        trial[a] = 0.0 if held[a] else -gradient[a]
+        at_bound[a] = (eta[a] <= -1 and gradient[a] > 0) or (eta[a] >= 1 and gradient[a] < 0)
+        trial[a] = 0.0 if at_bound[a] else -gradient[a]
         for b in range(m):
             size = max(size, abs(hessian[a, b]))
-    while not _cholesky(hessian, held, shift, 1e-10 * size, factor):
+    while not _cholesky(hessian, at_bound, shift, 1e-10 * size, factor):
         shift = max(4 * shift, 1e-3 * size)
         if not shift < 1e6 * size:  # only if the Hessian is not finite
             return 0.0
@@ -286,19 +294,19 @@ def substitute(factor, x):
 
 
 @compiled
-def _cholesky(hessian, held, shift, least, factor):
-    """Factor H + shift I without held variables; return whether all pivots exceed `least`."""
-    for a in range(len(held)):
+def _cholesky(hessian, at_bound, shift, smallest_pivot, factor):
+    """Factor H + shift I without variables at a bound; return whether all pivots suffice."""
+    for a in range(len(at_bound)):
         for b in range(a + 1):
-            free = not (held[a] or held[b])
-            total = hessian[a, b] if free else 0.0
+            is_interior = not (at_bound[a] or at_bound[b])
+            total = hessian[a, b] if is_interior else 0.0
             if a == b:
-                total = total + shift if free else 1.0
+                total = total + shift if is_interior else 1.0
             for k in range(b):
                 total -= factor[a, k] * factor[b, k]
             if a > b:
                 factor[a, b] = total / factor[b, b]
-            elif total > least or held[a]:
+            elif total > smallest_pivot or at_bound[a]:
                 factor[a, a] = np.sqrt(total)
             else:
                 return False

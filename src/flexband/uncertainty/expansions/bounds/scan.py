@@ -24,38 +24,41 @@ def scan(orders: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
     even four in each variable are too many, `scatter_points` points.
     """
     counts = [2 * order + 3 if order else 1 for order in orders]
-    for most, least in (
+    for max_points, smallest_counts in (
         (OPTIONS.many_scan_points, [order + 3 if order else 1 for order in orders]),
         (OPTIONS.max_scan_points, [min(4, count) for count in counts]),
     ):
-        while math.prod(counts) > most and counts != least:
-            spare = [count if count > low else 0 for count, low in zip(counts, least, strict=True)]
+        while math.prod(counts) > max_points and counts != smallest_counts:
+            spare = [
+                count if count > low else 0
+                for count, low in zip(counts, smallest_counts, strict=True)
+            ]
             counts[spare.index(max(spare))] -= 1
     if math.prod(counts) <= OPTIONS.max_scan_points:
         return tensor_grid(counts)
     return scatter_points(OPTIONS.scattered_points, np.array(orders) > 0)
 
 
-def scatter_points(count: int, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def scatter_points(count: int, free_variables: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return quasi-random η, (count, m), vertices first, and the points next to each.
 
-    Further points have fewer and fewer variables at their ends. Those that are not free are zero.
+    Further points have fewer and fewer variables at their ends. Other variables are zero.
     """
-    u = scrambled_sobol(count, len(free))
+    u = scrambled_sobol(count, len(free_variables))
     ends = np.linspace(1.0, 0.0, count)[:, None]
-    inside = np.clip((u - ends / 2) / np.maximum(1 - ends, 1e-9), 0, 1)
-    points = -np.cos(np.pi * inside) * free
-    beside = np.asarray(scipy.spatial.KDTree(points).query(points, OPTIONS.neighbours + 1)[1])
-    return points, np.ascontiguousarray(beside[:, 1:])
+    interior_points = np.clip((u - ends / 2) / np.maximum(1 - ends, 1e-9), 0, 1)
+    points = -np.cos(np.pi * interior_points) * free_variables
+    neighbours = np.asarray(scipy.spatial.KDTree(points).query(points, OPTIONS.neighbours + 1)[1])
+    return points, np.ascontiguousarray(neighbours[:, 1:])
 
 
 def tensor_grid(counts: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
     """Return Chebyshev–Lobatto points, (points, m), and the numbers of the points next to each."""
     where = tensor_index([count - 1 for count in counts])
     step = np.concatenate([np.eye(len(counts), dtype=int), -np.eye(len(counts), dtype=int)])
-    beside = np.clip(where[:, None] + step, 0, np.array(counts, dtype=int) - 1)
+    neighbours = np.clip(where[:, None] + step, 0, np.array(counts, dtype=int) - 1)
     strides = np.cumprod([1, *counts[:0:-1]])[::-1][: len(counts)]
-    return tensor_points([lobatto(count) for count in counts]), beside @ strides
+    return tensor_points([lobatto(count) for count in counts]), neighbours @ strides
 
 
 def lines(

@@ -98,19 +98,21 @@ def lowest(height, neighbours, part, best, which):
     """
     fill(best, np.inf)
     fill(which, 0)
+    # Find the range of the values; a constant has one start.
     place = 0
-    least = height[0]
+    minimum = height[0]
     highest = height[0]
     for p in range(len(height)):
-        if height[p] < least:
+        if height[p] < minimum:
             place = p
-            least = height[p]
+            minimum = height[p]
         highest = max(highest, height[p])
-    if highest - least <= OPTIONS.flat * max(abs(least), abs(highest)):
-        best[0] = least
+    if highest - minimum <= OPTIONS.flat * max(abs(minimum), abs(highest)):
+        best[0] = minimum
         which[0] = place
         return
-    top = least + part * (highest - least)
+    # Insert each local minimum below the top into the ordered list.
+    top = minimum + part * (highest - minimum)
     for p in range(len(height)):
         value = height[p]
         is_start = value <= top and value < best[-1]
@@ -134,17 +136,17 @@ def _lowest_apart(height, neighbours, best, which):
 
     Along the rim of a disc a scan has few points, of which a minimum may be next to a lower one.
     """
-    free = np.full(len(height), True)
+    candidates = np.full(len(height), True)
     for k in range(len(best)):
-        least = np.inf
+        minimum = np.inf
         for p in range(len(height)):
-            if free[p] and height[p] < least:
+            if candidates[p] and height[p] < minimum:
                 which[k] = p
-                least = height[p]
-        best[k] = least
-        free[which[k]] = False
+                minimum = height[p]
+        best[k] = minimum
+        candidates[which[k]] = False
         for q in range(neighbours.shape[1]):
-            free[neighbours[which[k], q]] = False
+            candidates[neighbours[which[k], q]] = False
 
 
 @compiled
@@ -161,9 +163,9 @@ def _bound(height, neighbours, resolved, best, which):
 
 @cached_on_disk
 def descents(  # noqa: PLR0912, PLR0915
-    terms, coefficients, target, resolved, lines, at_start, least, place
+    terms, coefficients, target, resolved, lines, at_start, minimum, place
 ):
-    """Fill the least value that is found from points of the scan, and its place, (series, m).
+    """Fill the lowest minimum reached from points of the scan, and its place, (series, m).
 
     The search of a series ends when some descents have reached the same lowest minimum.
     """
@@ -176,39 +178,43 @@ def descents(  # noqa: PLR0912, PLR0915
     height = np.empty(lanes)
     part = np.ones(lanes)
     reach = np.ones(series)
-    chosen = np.empty(lanes, np.int64)
+    lane_series = np.empty(lanes, np.int64)
     active = np.empty(lanes, np.bool_)
     eta = np.zeros((series, m))
     values = np.full(series, np.inf)
     todo = np.full(series, NextStep.START)
-    taken = np.full(series, -1)
+    last_start = np.full(series, -1)
     turns = np.zeros(series, np.int64)
     hits = np.zeros(series, np.int64)
     alone = np.ones(series, np.bool_)
     via, entry = np.full((2, series, m), np.inf)  # ends of the first descent along lines
-    fill(least, np.inf)
+    fill(minimum, np.inf)
     fill(place, 0.0)
     first = NextStep.LINES if m > OPTIONS.max_grid_dimension else NextStep.NEWTON
     while True:
-        more = 0
+        # Begin the next descent of each series that waits for a start.
+        line_majority = 0
         for n in range(series):
             if todo[n] == NextStep.START:
                 patience = OPTIONS.patience_if_alone if alone[n] else OPTIONS.patience
                 patient = resolved or hits[n] < patience
-                k = taken[n] = _next(bound[n], taken[n] + 1, least[n] if patient else -np.inf)
+                k = last_start[n] = _next(
+                    bound[n], last_start[n] + 1, minimum[n] if patient else -np.inf
+                )
                 todo[n] = NextStep.NOTHING if k == len(bound[n]) else first
                 copy(eta[n], points[which[n, min(k, len(bound[n]) - 1)]])
                 turns[n] = 0
                 reach[n] = 1.0
-            more += (todo[n] == NextStep.LINES) - (todo[n] == NextStep.NEWTON)
-        kind = NextStep.LINES if more > 0 else NextStep.NEWTON
+            line_majority += (todo[n] == NextStep.LINES) - (todo[n] == NextStep.NEWTON)
+        # Serve the step that most series wait for, as many as there are lanes.
+        kind = NextStep.LINES if line_majority > 0 else NextStep.NEWTON
         count = 0
         for n in range(series):
             if todo[n] == kind and count < lanes:
                 copy(lane_coefficients[:, count], coefficients[n])
                 copy(at[:, count], eta[n])
                 part[count] = reach[n]
-                chosen[count], count = n, count + 1
+                lane_series[count], count = n, count + 1
         if count == 0:
             break
         for lane in range(lanes):
@@ -217,38 +223,40 @@ def descents(  # noqa: PLR0912, PLR0915
             descend(terms, lane_coefficients, c, sign, lines, active, at)
         else:
             polish(terms, lane_coefficients, c, sign, active, at, part, height)
+        # Decide how each series goes on: another turn, or the end of its descent.
         for lane in range(count):
-            n = chosen[lane]
+            n = lane_series[lane]
             copy(eta[n], at[:, lane])
             turns[n] += 1
             if kind == NextStep.LINES and turns[n] == 1:
                 copy(via[n], eta[n])
-            known = hits[n] > 0 and (_near(eta[n], place[n]) or _near(eta[n], entry[n]))
+            is_repeat = hits[n] > 0 and (_near(eta[n], place[n]) or _near(eta[n], entry[n]))
             if kind == NextStep.NEWTON:
                 values[n] = height[lane]
                 reach[n] = part[lane] if active[lane] else 1.0
-                onward = active[lane] or values[n] < least[n] or not resolved
+                onward = active[lane] or values[n] < minimum[n] or not resolved
                 onward = onward and turns[n] < OPTIONS.max_turns
                 todo[n] = NextStep.NEWTON if active[lane] else NextStep.LINES
             else:
                 onward = turns[n] == 1 or active[lane]
                 todo[n] = NextStep.NEWTON
-            if onward and not known:
+            if onward and not is_repeat:
                 continue
+            # Compare the minimum at the end of a descent with the lowest so far.
             todo[n] = NextStep.START
-            lower = values[n] < least[n] and not known
-            alone[n] = alone[n] if known else hits[n] == 0
-            hits[n] = 1 if lower or not hits[n] else hits[n] + known
+            lower = values[n] < minimum[n] and not is_repeat
+            alone[n] = alone[n] if is_repeat else hits[n] == 0
+            hits[n] = 1 if lower or not hits[n] else hits[n] + is_repeat
             if lower:
-                least[n] = values[n]
+                minimum[n] = values[n]
                 copy(place[n], eta[n])
                 copy(entry[n], via[n])
 
 
 @compiled
-def _next(bound, k, least):
+def _next(bound, k, limit):
     """Return the number of the next start, from k on, that may lead below a value, or of all."""
-    while k < len(bound) and not bound[k] < least:
+    while k < len(bound) and not bound[k] < limit:
         k += 1
     return k
 
@@ -256,7 +264,7 @@ def _next(bound, k, least):
 @compiled
 def _near(eta, place):
     """Return whether two places count as one."""
-    near = True
+    is_same = True
     for a in range(len(eta)):
-        near = near and abs(eta[a] - place[a]) < OPTIONS.same_place
-    return near
+        is_same = is_same and abs(eta[a] - place[a]) < OPTIONS.same_place
+    return is_same

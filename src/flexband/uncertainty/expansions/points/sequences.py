@@ -78,15 +78,15 @@ def _next(points: tuple[float, ...], rate: float, margin: float) -> float:
 
     Between two points the sum is concave, so its only maximum is where its slope is zero.
     """
-    taken = np.sort(points)
-    ends = np.array([taken[0] - margin, *taken, taken[-1] + margin]) if margin else taken
+    nodes = np.sort(points)
+    ends = np.array([nodes[0] - margin, *nodes, nodes[-1] + margin]) if margin else nodes
     low = ends[:-1].copy()
     high = ends[1:].copy()
     for _ in range(60):
         middle = (low + high) / 2
-        rising = (1 / (middle[:, None] - taken)).sum(axis=1) > 2 * rate * middle
-        low = np.where(rising, middle, low)
-        high = np.where(rising, high, middle)
+        rises = (1 / (middle[:, None] - nodes)).sum(axis=1) > 2 * rate * middle
+        low = np.where(rises, middle, low)
+        high = np.where(rises, high, middle)
     places = np.round((low + high) / 2, DECIMALS) + 0.0  # no −0
-    sizes = np.log(np.abs(places[:, None] - taken)).sum(axis=1) - rate * places**2
+    sizes = np.log(np.abs(places[:, None] - nodes)).sum(axis=1) - rate * places**2
     return float(places[sizes > sizes.max() - 1e-9].max())  # the right one of two equal maxima

@@ -37,8 +37,8 @@ def scrambled_sobol(count: int, dimension: int, seed: int = 0) -> np.ndarray:
     digits = _directions(dimension, bits)[:, None] >> places[::-1, None] & 1
     directions = np.sum(lower @ digits % 2 << places[::-1, None], axis=1)
     k = np.arange(1, count)
-    changed = np.log2(k & -k).astype(int)  # digit in which a Gray code changes
-    steps = np.concatenate([shift[:, None], directions[:, changed]], axis=1)
+    digit_numbers = np.log2(k & -k).astype(int)  # digit in which a Gray code changes
+    steps = np.concatenate([shift[:, None], directions[:, digit_numbers]], axis=1)
     return np.bitwise_xor.accumulate(steps.astype(np.uint32), axis=1)[:, :count].T * 2.0**-bits
 
 

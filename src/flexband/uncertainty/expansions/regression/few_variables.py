@@ -64,15 +64,17 @@ def sets_of_variables(
         if terms is None or not len(best):
             return
         at_once = max(1, options.at_once // (runs * (len(terms) + 1)))
-        rest = [_rest(alone, best[k : k + at_once], terms, y) for k in range(0, len(best), at_once)]
-        best = best[np.argsort(np.concatenate(rest), kind="stable")[: options.beam]]
+        residuals = [
+            _rest(alone, best[k : k + at_once], terms, y) for k in range(0, len(best), at_once)
+        ]
+        best = best[np.argsort(np.concatenate(residuals), kind="stable")[: options.beam]]
         yield best[0]
 
 
 def _orders(highest: int, variables: int) -> np.ndarray:
     """Return the orders of all terms but the constant, (terms, variables)."""
-    every = np.array(list(product(range(highest + 1), repeat=variables)))
-    return every[(every.sum(axis=1) > 0) & (every.sum(axis=1) <= highest)]
+    orders = np.array(list(product(range(highest + 1), repeat=variables)))
+    return orders[(orders.sum(axis=1) > 0) & (orders.sum(axis=1) <= highest)]
 
 
 def _values(index: np.ndarray, values: np.ndarray, variable: int, order: int) -> np.ndarray:
@@ -92,5 +94,5 @@ def _rest(
             if order:
                 A[:, :, column] *= alone[order][:, sets[:, variable]].T
     Q = np.linalg.qr(A)[0]
-    rest = y - Q @ (np.swapaxes(Q, 1, 2) @ y)
-    return np.sum(rest**2, axis=(1, 2))
+    residual = y - Q @ (np.swapaxes(Q, 1, 2) @ y)
+    return np.sum(residual**2, axis=(1, 2))

@@ -134,12 +134,12 @@ def sparse_fit(
 def least_squares(A: np.ndarray, series: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the coefficients and the error of every run in the fit to all others."""
     Q, R = np.linalg.qr(A)
-    projected = Q.T @ series
+    products = Q.T @ series
     lever = np.minimum(np.sum(Q**2, axis=1), 1 - 1e-9)
-    left_out = Q @ projected
-    np.subtract(series, left_out, out=left_out)
-    left_out /= (1 - lever)[:, None]
-    return np.linalg.solve(R, projected), left_out
+    errors = Q @ products
+    np.subtract(series, errors, out=errors)
+    errors /= (1 - lever)[:, None]
+    return np.linalg.solve(R, products), errors
 
 
 def principal(series: np.ndarray, round_off: float = 1e-14) -> np.ndarray:
@@ -159,7 +159,7 @@ def _take_candidates(
     """
     runs, choices = values.shape
     energy = np.sum(values**2, axis=0)
-    rest = y
+    residual = y
     new = energy
     match = values.T @ y
     Q = np.zeros((runs, 0))
@@ -167,27 +167,30 @@ def _take_candidates(
     which: list[int] = []
     best = np.inf, 1.0, 1
     while len(which) < max(1, int(options.max_term_share * runs)):
-        free = new > options.min_new_energy * energy
-        free[which] = False
-        if not free.any():
+        # Take the candidate that reduces the residual most.
+        candidate_mask = new > options.min_new_energy * energy
+        candidate_mask[which] = False
+        if not candidate_mask.any():
             break
         gain = merit * np.sum(match**2, axis=1) / np.maximum(new, 1e-300)
-        which.append(int(np.argmax(np.where(free, gain, -1.0))) if which else 0)
+        which.append(int(np.argmax(np.where(candidate_mask, gain, -1.0))) if which else 0)
         Q, inverse = _with_column(Q, inverse, values[:, which[-1]])
+        # Update residual, energies and products with the new column.
         q = Q[:, -1]
-        projection = q @ rest
-        shared = values.T @ q
-        rest = rest - np.outer(q, projection)
-        new = new - shared**2
-        match = match - np.outer(shared, projection)
+        projection = q @ residual
+        overlap = values.T @ q
+        residual = residual - np.outer(q, projection)
+        new = new - overlap**2
+        match = match - np.outer(overlap, projection)
+        # Judge the fit by the corrected leave-one-out error.
         P = len(which)
         lever = np.minimum(np.sum(Q**2, axis=1), 1 - 1e-9)
         T = runs / (runs - P) * (1 + np.sum(inverse**2))
-        error = T * np.sum((rest / (1 - lever)[:, None]) ** 2)
+        error = T * np.sum((residual / (1 - lever)[:, None]) ** 2)
         error *= math.exp(options.choice_weight / runs * math.log(math.comb(choices - 1, P - 1)))
         if error < best[0]:
             best = error, math.sqrt(T), P
-        if np.sum(rest**2) <= options.round_off * np.sum(y**2):
+        if np.sum(residual**2) <= options.round_off * np.sum(y**2):
             break
     return best[0], best[1], np.array(which[: best[2]])
 
@@ -198,9 +201,9 @@ def _with_column(
     """Return Q and R⁻¹ of A = Q R with a further column, twice orthogonalized."""
     along = Q.T @ a
     q = a - Q @ along
-    again = Q.T @ q
-    q = q - Q @ again
-    along = along + again
+    correction = Q.T @ q
+    q = q - Q @ correction
+    along = along + correction
     length = np.linalg.norm(q)
     column = np.append(-inverse @ along, 1.0) / length
     inverse = np.pad(inverse, ((0, 1), (0, 1)))

@@ -46,8 +46,8 @@ def widths(values: np.ndarray, width: float) -> np.ndarray:
     widest = 4.0
     at_once = 1024
     density = np.concatenate([
-        np.exp(-0.5 * ((some[:, None] - values) / width) ** 2).sum(axis=1)
-        for some in np.split(values, range(at_once, len(values), at_once))
+        np.exp(-0.5 * ((chunk[:, None] - values) / width) ** 2).sum(axis=1)
+        for chunk in np.split(values, range(at_once, len(values), at_once))
     ])  # fmt: skip
     relative = density / np.exp(np.log(density).mean())
     return width * np.minimum(relative**-power, widest)
@@ -89,6 +89,7 @@ def _by_diffusion(values: np.ndarray) -> float:
             size = norm(s, time)
         return t - (2 * count * np.sqrt(np.pi) * size) ** -0.4
 
+    # Find the first fixed point.
     times = np.geomspace(1e-9, 0.1, 120)
     signs = np.array([excess(t) for t in times]) >= 0
     rises = np.flatnonzero(~signs[:-1] & signs[1:])

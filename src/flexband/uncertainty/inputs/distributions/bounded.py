@@ -149,12 +149,12 @@ class Beta(Moments):
         below = mean - self.lower
         above = self.upper - mean
         width = self.upper - self.lower
-        least = width / LARGEST_SHAPE**0.5
-        most = np.sqrt(below * above / (1 + MIN_SHAPE * width / min(below, above)))
-        if not least < std < most:
+        smallest_std = width / LARGEST_SHAPE**0.5
+        largest_std = np.sqrt(below * above / (1 + MIN_SHAPE * width / min(below, above)))
+        if not smallest_std < std < largest_std:
             raise InputError(
-                f"Beta std must be above {least:.3g} and below {most:.4g} for the mean {mean:g} "
-                f"between {self.lower:g} and {self.upper:g}; got {std:g}"
+                f"Beta std must be above {smallest_std:.3g} and below {largest_std:.4g} for the "
+                f"mean {mean:g} between {self.lower:g} and {self.upper:g}; got {std:g}"
             )
 
     def check(self) -> None:

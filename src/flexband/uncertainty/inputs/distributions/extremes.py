@@ -54,7 +54,7 @@ class Weibull(Moments):
         above = mean - self.location
         variation = np.log1p((std / above) ** 2)
         shape = elementwise.find_root(
-            lambda k, sought: _variation(k) - sought,
+            lambda k, target: _variation(k) - target,
             (np.float64(MIN_SHAPE), np.float64(LARGEST_SHAPE)),
             args=(variation,),
         ).x
@@ -66,14 +66,14 @@ class Weibull(Moments):
             raise InputError(
                 f"Weibull mean must be above the location {self.location:g}; got {mean:g}"
             )
-        least, most = (
+        smallest_std, largest_std = (
             (mean - self.location) * np.sqrt(np.expm1(_variation(shape)))
             for shape in (LARGEST_SHAPE, MIN_SHAPE)
         )
-        if not least < std < most:
+        if not smallest_std < std < largest_std:
             raise InputError(
-                f"Weibull std must be above {least:.3g} and below {most:.3g} for mean - location = "
-                f"{mean - self.location:g}; got {std:g}"
+                f"Weibull std must be above {smallest_std:.3g} and below {largest_std:.3g} for "
+                f"mean - location = {mean - self.location:g}; got {std:g}"
             )
 
     def check(self) -> None:

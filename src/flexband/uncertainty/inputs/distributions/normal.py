@@ -198,13 +198,15 @@ class TruncatedNormal(Spread):
             raise InputError(
                 f"TruncatedNormal lower {self.lower:g} must be below upper {self.upper:g}"
             )
-        near, far = sorted((abs(low), abs(high))) if low * high > 0 else (0.0, np.inf)
-        if near > 0:
-            logarithm = log_ndtr(-near) + np.log1p(-np.exp(log_ndtr(-far) - log_ndtr(-near)))
+        near_limit, far_limit = sorted((abs(low), abs(high))) if low * high > 0 else (0.0, np.inf)
+        if near_limit > 0:
+            logarithm = log_ndtr(-near_limit) + np.log1p(
+                -np.exp(log_ndtr(-far_limit) - log_ndtr(-near_limit))
+            )
             if not logarithm > np.log(min_probability):
                 raise InputError(
                     f"{self!r} leaves nothing of the normal distribution: its limits are "
-                    f"{near:.3g} standard deviations or more from the mean"
+                    f"{near_limit:.3g} standard deviations or more from the mean"
                 )
 
     def _limits(self) -> tuple[Numbers, Numbers]:

@@ -53,12 +53,12 @@ class Quantiles:
             coefficients = function(middle + half * NODES) @ TRANSFORM.T
             nearest = np.abs(panels).min(axis=1)  # zero lies on an edge
             off = np.abs(coefficients[:, -2:]).max(axis=1) * np.exp(-(nearest**2) / 2)
-            bad = (off > round_off * spread) & (split < max_splits)
+            coarse_mask = (off > round_off * spread) & (split < max_splits)
             if sum(len(intervals) for intervals, _ in pieces) + 2 * len(panels) > max_panels:
-                bad[:] = False
-            pieces.append((panels[~bad], coefficients[~bad]))
-            noise += off[~bad] @ half[~bad, 0]
-            (low, high), middle = panels[bad].T, middle[bad, 0]
+                coarse_mask[:] = False
+            pieces.append((panels[~coarse_mask], coefficients[~coarse_mask]))
+            noise += off[~coarse_mask] @ half[~coarse_mask, 0]
+            (low, high), middle = panels[coarse_mask].T, middle[coarse_mask, 0]
             panels = np.concatenate([np.stack([low, middle], 1), np.stack([middle, high], 1)])
         if not noise < largest_noise * spread:
             raise InputError(

@@ -72,12 +72,12 @@ class RandomOption(Input):
         return self.value(self.family.sequence(1)[:, None])[0]
 
     def standard(self, value: Any) -> np.ndarray:
-        known = dict(zip(self.options, np.argsort(self.order).tolist(), strict=True))
+        ranks = dict(zip(self.options, np.argsort(self.order).tolist(), strict=True))
         for option in np.unique(value).tolist():
-            if option not in known:
+            if option not in ranks:
                 raise InputError(
                     f"must be one of {', '.join(map(repr, self.options))}; got {option!r}"
                 )
         points = np.array(self.family.points)
-        numbers = [known[option] for option in np.atleast_1d(value).tolist()]
+        numbers = [ranks[option] for option in np.atleast_1d(value).tolist()]
         return points[numbers][:, None]

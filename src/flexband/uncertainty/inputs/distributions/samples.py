@@ -117,27 +117,28 @@ class Samples(Distribution):
         mean = x.mean()
         std = x.std(ddof=1)
         if self.bandwidth is None:
-            each = widths(x, bandwidth(x))
+            kernel_widths = widths(x, bandwidth(x))
         else:
-            each = np.full(len(x), np.clip(self.bandwidth, smallest * std, largest * std))
-        near = 0.05 * each.min()  # values that are nearer to each other share a kernel
-        group = np.unique(np.round((x - mean) / near), return_inverse=True)[1]
+            kernel_widths = np.full(len(x), np.clip(self.bandwidth, smallest * std, largest * std))
+        # values that are nearer to each other share a kernel
+        merge_distance = 0.05 * kernel_widths.min()
+        group = np.unique(np.round((x - mean) / merge_distance), return_inverse=True)[1]
         count = np.bincount(group)
         centres = np.bincount(group, x - mean) / count
         weights = count / len(x)
-        each = np.sqrt(np.bincount(group, each**2) / count)
-        shrink = std / np.sqrt(weights @ (centres**2 + each**2))
+        kernel_widths = np.sqrt(np.bincount(group, kernel_widths**2) / count)
+        shrink = std / np.sqrt(weights @ (centres**2 + kernel_widths**2))
         if self.bandwidth == 0:
             shrink = 1.0
-        return mean + shrink * centres, weights, shrink * each
+        return mean + shrink * centres, weights, shrink * kernel_widths
 
     def to_normal(self, value: np.ndarray) -> np.ndarray:
         at_once = 10**6  # numbers in memory when kernels are summed
         value = np.asarray(value, dtype=float)
-        centres, weights, each = self.kernels
+        centres, weights, kernel_widths = self.kernels
         parts = np.array_split(value.ravel(), 1 + value.size * len(centres) // at_once)
-        apart = [(part[:, None] - centres) / each for part in parts]
-        below, above = (np.concatenate([ndtr(s * d) @ weights for d in apart]) for s in (1, -1))
+        distances = [(part[:, None] - centres) / kernel_widths for part in parts]
+        below, above = (np.concatenate([ndtr(s * d) @ weights for d in distances]) for s in (1, -1))
         z = np.where(below < 0.5, ndtri(below), -ndtri(above))
         return z.reshape(value.shape)
 
@@ -146,9 +147,9 @@ class Samples(Distribution):
         from scipy.optimize import elementwise  # noqa: PLC0415
 
         z = np.asarray(z, dtype=float)
-        centres, _, each = self.kernels
-        widest = each.max()
-        narrowest = each.min()
+        centres, _, kernel_widths = self.kernels
+        widest = kernel_widths.max()
+        narrowest = kernel_widths.min()
         low = np.where(z < 0, widest, narrowest) * z - 1e-9 * widest
         high = np.where(z < 0, narrowest, widest) * z + 1e-9 * widest
         ends = centres.min() + low, centres.max() + high
@@ -157,7 +158,7 @@ class Samples(Distribution):
 
     def rule(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return Gauss points of all kernels, and weights; polynomials are integrated exactly."""
-        centres, weights, each = self.kernels
+        centres, weights, kernel_widths = self.kernels
         t, w = hermite_e.hermegauss(count + 1)
-        points = centres[:, None] + each[:, None] * t
+        points = centres[:, None] + kernel_widths[:, None] * t
         return points.ravel(), np.outer(weights, w / w.sum()).ravel()

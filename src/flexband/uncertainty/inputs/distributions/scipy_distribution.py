@@ -46,8 +46,8 @@ class ScipyDistribution(Distribution):
     parameters: tuple[tuple[str, float], ...] = ()
 
     def __repr__(self) -> str:
-        given = ", ".join(f"{name}={value!r}" for name, value in self.parameters)
-        return f"scipy.stats.{self.distribution}({given})"
+        arguments = ", ".join(f"{name}={value!r}" for name, value in self.parameters)
+        return f"scipy.stats.{self.distribution}({arguments})"
 
     @property
     def name(self) -> str:
@@ -62,16 +62,16 @@ class ScipyDistribution(Distribution):
         return {k: value for k, value in self._named().items() if isinstance(value, Interval)}
 
     def replaced(self, parameters: Mapping[str, float | Input]) -> ScipyDistribution:
-        named = self._named()
-        named.update(parameters)
-        return ScipyDistribution(self.distribution, tuple(named.items()))
+        new_parameters = self._named()
+        new_parameters.update(parameters)
+        return ScipyDistribution(self.distribution, tuple(new_parameters.items()))
 
     def at(self, parameters: Mapping[str, Numbers]) -> ScipyDistribution:
         if not parameters:
             return self
         arrays = {name: np.atleast_1d(value) for name, value in parameters.items()}
-        named = tuple((self._named() | arrays).items())
-        return super().at({"parameters": named})  # pyright: ignore[reportArgumentType]
+        new_parameters = tuple((self._named() | arrays).items())
+        return super().at({"parameters": new_parameters})  # pyright: ignore[reportArgumentType]
 
     def at_normal(self, z: np.ndarray) -> np.ndarray:
         if any(np.ndim(value) for value in self._named().values()):
@@ -98,15 +98,15 @@ class ScipyDistribution(Distribution):
 
     def check(self) -> None:
         """Raise `InputError` if there is no such distribution."""
-        given = self._named()
-        for name, value in given.items():
-            given[name] = float(check_numbers(f"{self.distribution} {name}", value))
-        object.__setattr__(self, "parameters", tuple(given.items()))
+        arguments = self._named()
+        for name, value in arguments.items():
+            arguments[name] = float(check_numbers(f"{self.distribution} {name}", value))
+        object.__setattr__(self, "parameters", tuple(arguments.items()))
         generator = of_scipy(self.distribution)
-        missing = set(_shapes(generator)) - given.keys()
+        missing = set(_shapes(generator)) - arguments.keys()
         if missing:
             raise InputError(f"{self!r} needs {', '.join(sorted(missing))}")
-        frozen_distribution = generator(**given)
+        frozen_distribution = generator(**arguments)
         if np.isnan(frozen_distribution.support()).any():
             raise InputError(f"{self!r} has parameters out of their range")
         with np.errstate(all="ignore"):
@@ -119,15 +119,15 @@ class ScipyDistribution(Distribution):
 
     def _named(self) -> dict[str, Any]:
         """Return the parameters by name; raise `InputError` if they are not pairs of SciPy's."""
-        known = [*_shapes(of_scipy(self.distribution)), "loc", "scale"]
-        given = self.parameters if isinstance(self.parameters, tuple) else (self.parameters,)
-        for pair in given:
-            if not isinstance(pair, tuple) or len(pair) != 2 or pair[0] not in known:
+        parameter_names = [*_shapes(of_scipy(self.distribution)), "loc", "scale"]
+        pairs = self.parameters if isinstance(self.parameters, tuple) else (self.parameters,)
+        for pair in pairs:
+            if not isinstance(pair, tuple) or len(pair) != 2 or pair[0] not in parameter_names:
                 raise InputError(
                     f"parameters of scipy.stats.{self.distribution} must be pairs of a name, one "
-                    f"of {', '.join(known)}, and a number; got {pair!r}"
+                    f"of {', '.join(parameter_names)}, and a number; got {pair!r}"
                 )
-        return dict(given)
+        return dict(pairs)
 
 
 def as_input(value: Given) -> Given | Distribution:
@@ -150,12 +150,14 @@ def as_input(value: Given) -> Given | Distribution:
             f"{generator.name} must be a distribution that scipy.stats has by this name; "
             "Samples take values of any other"
         )
+    # Name the arguments, which may be positional.
     names = [*_shapes(generator), "loc", "scale"]
     parameters = {"loc": 0.0, "scale": 1.0}
     parameters |= dict(zip(names, value.args, strict=False)) | value.kwds
-    given: Any = tuple((name, np.asarray(parameters[name])[()]) for name in names)
-    make = _made if all(np.ndim(value) == 0 for _, value in given) else ScipyDistribution
-    scipy_input = make(generator.name, given)
+    pairs: Any = tuple((name, np.asarray(parameters[name])[()]) for name in names)
+    make = _made if all(np.ndim(value) == 0 for _, value in pairs) else ScipyDistribution
+    scipy_input = make(generator.name, pairs)
+    # Use the distributions of this package where there is an equal one.
     loc, scale = (dict(scipy_input.parameters)[name] for name in ("loc", "scale"))
     if scipy_input.distribution == "norm":
         return Normal(loc, scale)

@@ -83,9 +83,11 @@ class Matern:
         with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
             bessel = kve(nu, s)
             power = (1 - nu) * np.log(2) - gammaln(nu) + nu * np.log(s) + np.log(bessel) - s
-        near = ~np.isfinite(bessel)  # K_ν overflows, where two terms of its series suffice
+        series_mask = ~np.isfinite(bessel)  # K_ν overflows, where two terms of its series suffice
         series = 1 - s**2 / (4 * (nu - 1)) * (1 - s**2 / (8 * (nu - 2))) if nu > 2 else 1.0
-        return np.where(near, series, np.exp(np.minimum(np.where(near, 0.0, power), 0.0)))
+        return np.where(
+            series_mask, series, np.exp(np.minimum(np.where(series_mask, 0.0, power), 0.0))
+        )
 
 
 def correlations(correlation: Correlation, distance: np.ndarray) -> np.ndarray:
@@ -146,6 +148,6 @@ def twice_differentiable(correlation: Correlation) -> bool:
     """Return whether fields have second derivatives: 3 − 4ρ(h) + ρ(2h) ~ h⁴ for small h."""
     if isinstance(correlation, Matern):
         return correlation.nu > 2
-    near = correlations(correlation, np.array([0.005, 0.01, 0.02]))
-    fine, coarse = 3 - 4 * near[:2] + near[1:]
+    rho = correlations(correlation, np.array([0.005, 0.01, 0.02]))
+    fine, coarse = 3 - 4 * rho[:2] + rho[1:]
     return bool(coarse > 0 and abs(fine) < coarse / 2**3.8)

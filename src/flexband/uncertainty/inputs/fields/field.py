@@ -52,7 +52,7 @@ class Field(Input):
         return type(self).__name__
 
     @property
-    def located(self) -> tuple[float, float]:
+    def extent(self) -> tuple[float, float]:
         """The domain; `InputError` if there is none."""
         if self.domain is None:
             raise InputError(f"{self.kind} domain must be given here; got None")
@@ -84,13 +84,13 @@ class Field(Input):
         for other positions, those outside the domain, and where it is to prescribe a motion for
         which the samples are too rough.
         """
-        start, end = self.located
+        start, end = self.extent
         slack = 1e-9 * (end - start)
         prescribed_parts: set[str] = set()
 
         def at(x: np.ndarray) -> np.ndarray:
-            given = check_finite(f"{self.kind}: positions", x, rank=None)
-            positions = np.atleast_2d(given)
+            coordinates = check_finite(f"{self.kind}: positions", x, rank=None)
+            positions = np.atleast_2d(coordinates)
             if positions.ndim > 2 or len(positions) not in (1, len(standard)):
                 shapes = f"(points,) or ({len(standard)}, points)"
                 raise InputError(
@@ -108,7 +108,7 @@ class Field(Input):
                 self.check_motion(part)
                 prescribed_parts.add(part)
             samples = self.samples(standard, positions)
-            return samples[:, 0] if given.ndim == 0 else samples
+            return samples[:, 0] if coordinates.ndim == 0 else samples
 
         return at
 
@@ -142,8 +142,8 @@ class Field(Input):
         generator = np.random.default_rng(check_integer(f"{self.kind} seed", seed, 0))
         shape = count, self.dimension
         normal = self.random
-        drawn = generator.standard_normal(shape) if normal else generator.uniform(-1, 1, shape)
-        return self.value(drawn)(x)
+        standard = generator.standard_normal(shape) if normal else generator.uniform(-1, 1, shape)
+        return self.value(standard)(x)
 
 
 def fields_of(inputs: Mapping[str, object]) -> dict[str, Field]:

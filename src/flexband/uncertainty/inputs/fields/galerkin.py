@@ -90,8 +90,8 @@ def galerkin(
     basis = Polynomials(elements, count, width)
     first = basis.starts
     total = elements * width
-    inside = [np.clip(kink, first, first + width) for kink in sorted((1.0, total - 1.0))]
-    s, weights = _gauss(np.stack([first, *inside, first + width], axis=-1), POINTS + count)
+    inner_breaks = [np.clip(kink, first, first + width) for kink in sorted((1.0, total - 1.0))]
+    s, weights = _gauss(np.stack([first, *inner_breaks, first + width], axis=-1), POINTS + count)
     loads = basis.loads(correlation, s.ravel()).reshape(*s.shape, -1)
     at_places = basis.at((s - first[:, None]) / width)
     matrix = np.einsum("egj,egk->ejk", weights[..., None] * at_places, loads)
@@ -101,10 +101,10 @@ def galerkin(
 
 
 class Polynomials(NamedTuple):
-    """Orthonormal Legendre polynomials h_j from 0 to D, `each` on equal elements of a width."""
+    """Orthonormal Legendre polynomials h_j, `per_element` on equal elements from 0 to D."""
 
     elements: int
-    each: int
+    per_element: int
     width: float
 
     @property
@@ -113,9 +113,9 @@ class Polynomials(NamedTuple):
         return self.width * np.arange(self.elements)
 
     def at(self, place: np.ndarray) -> np.ndarray:
-        """Return those of an element at places from 0 to 1 on it, shape (*place.shape, each)."""
-        norms = np.sqrt((2 * np.arange(self.each) + 1) / self.width)
-        return legvander(2 * place - 1, self.each - 1) * norms
+        """Return those of an element at places from 0 to 1, shape (*place.shape, per_element)."""
+        norms = np.sqrt((2 * np.arange(self.per_element) + 1) / self.width)
+        return legvander(2 * place - 1, self.per_element - 1) * norms
 
     def loads(self, correlation: Correlation, s: np.ndarray) -> np.ndarray:
         """Return ∫ ρ(s − y) h_j(y) dy, (s, polynomials), split at kinks: distances 0 and 1."""
@@ -125,10 +125,12 @@ class Polynomials(NamedTuple):
 
     def _loads(self, correlation: Correlation, s: np.ndarray) -> np.ndarray:
         first = self.starts
-        inside = [np.clip(s + d, first, first + self.width) for d in (-1.0, 0.0, 1.0)]
-        first, last = (np.broadcast_to(end, inside[0].shape) for end in (first, first + self.width))
-        breaks = np.stack([first, *inside, last], axis=-1)
-        y, weights = _gauss(breaks, POINTS + self.each // 2 + int(4 * self.width))
+        inner_breaks = [np.clip(s + d, first, first + self.width) for d in (-1.0, 0.0, 1.0)]
+        first, last = (
+            np.broadcast_to(end, inner_breaks[0].shape) for end in (first, first + self.width)
+        )
+        breaks = np.stack([first, *inner_breaks, last], axis=-1)
+        y, weights = _gauss(breaks, POINTS + self.per_element // 2 + int(4 * self.width))
         rho = correlations(correlation, s[..., None] - y)
         values = self.at((y - first[..., None]) / self.width)
         return np.einsum("seg,segj->sej", weights * rho, values).reshape(len(s), -1)
@@ -170,9 +172,9 @@ class LegendreModes(Series):
 
     @cached_property
     def _scaled(self) -> np.ndarray:
-        """√λ_i f_i as coefficients, shape (elements, polynomials of each, terms)."""
-        elements, each, _ = self.polynomials
-        return (self.eigenvectors * self._roots).reshape(elements, each, -1)
+        """√λ_i f_i as coefficients, shape (elements, polynomials per element, terms)."""
+        elements, per_element, _ = self.polynomials
+        return (self.eigenvectors * self._roots).reshape(elements, per_element, -1)
 
     @property
     def _roots(self) -> np.ndarray:

@@ -85,22 +85,22 @@ class IntervalField(Field):
     @cached_property
     def points(self) -> np.ndarray:
         """The control points: one length apart, the first and the last outside the domain."""
-        checked = 1001  # positions of the domain at which limits are checked
+        check_count = 1001  # positions of the domain at which limits are checked
         max_points = 1000  # control points of a field
-        start, end = self.located
+        start, end = self.extent
         count = max(2, int(np.ceil((end - start) / self.length - 1e-9)) + 1)
         if count > max_points:
             raise InputError(
                 f"IntervalField control points must be {max_points} or less; got {count}, one per "
                 f"length of {self.length:g} on ({start:g}, {end:g})"
             )
-        self.limits(np.linspace(start, end, checked))
+        self.limits(np.linspace(start, end, check_count))
         return (start + end) / 2 + self.length * (np.arange(count) - (count - 1) / 2)
 
     @property
     def places(self) -> np.ndarray:
         """The positions of the domain nearest to the control points."""
-        return np.clip(self.points, *self.located)
+        return np.clip(self.points, *self.extent)
 
     @property
     def dimension(self) -> int:
@@ -109,9 +109,9 @@ class IntervalField(Field):
 
     def weights(self, x: np.ndarray) -> np.ndarray:
         """Return w_i at positions x, shape (*x.shape, control points)."""
-        apart = np.abs(np.asarray(x, dtype=float)[..., None] - self.points) / self.length
-        near = np.clip(1 - apart, 0.0, 1.0)
-        return near**3 * (10 - 15 * near + 6 * near**2) if self.smooth else near
+        distance = np.abs(np.asarray(x, dtype=float)[..., None] - self.points) / self.length
+        hat = np.clip(1 - distance, 0.0, 1.0)
+        return hat**3 * (10 - 15 * hat + 6 * hat**2) if self.smooth else hat
 
     def nominal(self, x: np.ndarray) -> np.ndarray:
         low, high = self.limits(x)

@@ -117,6 +117,7 @@ class RandomField(Field):
         for name in ("correlation_length", "tolerance"):
             check_positive(f"RandomField {name}", getattr(self, name))
         check_option("RandomField distribution", self.distribution, ("normal", "lognormal"))
+        # Check mean and scatter at all ends of intervals.
         for mean, std in product(*map(_ends, (self.mean, self.std))):
             if not callable(std):
                 check_positive("RandomField std", std)
@@ -128,9 +129,10 @@ class RandomField(Field):
             raise InputError(f"RandomField tolerance must be below 1; got {self.tolerance:g}")
         for name in ("correlation", "discretization"):
             check_function(f"RandomField {name}", getattr(self, name))
-        for name, least, most in (("terms", 1, None), ("nodes", 2, MAX_NODES)):
+        # Check what determines the expansion.
+        for name, smallest, largest in (("terms", 1, None), ("nodes", 2, MAX_NODES)):
             if (count := getattr(self, name)) is not None:
-                count = check_integer(f"RandomField {name}", count, least, most)
+                count = check_integer(f"RandomField {name}", count, smallest, largest)
                 object.__setattr__(self, name, count)
         if self.terms and self.nodes and self.terms > self.nodes:
             raise InputError(
@@ -145,8 +147,8 @@ class RandomField(Field):
 
     @property
     def intervals(self) -> dict[str, Interval]:
-        named = {"mean": self.mean, "std": self.std}
-        return {name: value for name, value in named.items() if isinstance(value, Interval)}
+        moments = {"mean": self.mean, "std": self.std}
+        return {name: value for name, value in moments.items() if isinstance(value, Interval)}
 
     def at(self, parameters: Mapping[str, Numbers]) -> Self:
         if not parameters:
@@ -177,7 +179,7 @@ class RandomField(Field):
         """The series of the standardized field, which must have a domain."""
         # share of the tolerance that is met with all nodes, so that a part of the terms meets it
         few_terms = 0.7
-        start, end = self.located
+        start, end = self.extent
         count = self.nodes or max(21, np.ceil(8 * (end - start) / self.correlation_length) + 1)
         if count > MAX_NODES:
             raise InputError(
@@ -187,7 +189,7 @@ class RandomField(Field):
         before = np.inf
         while True:
             series = self.discretization(
-                self.correlation, self.correlation_length, self.located, int(count)
+                self.correlation, self.correlation_length, self.extent, int(count)
             )
             check_instance("what RandomField discretization returns", series, Series)
             x = series.places()
@@ -195,23 +197,23 @@ class RandomField(Field):
             if self.terms is not None:
                 return series.first(self.terms)
             errors = self._errors(series, x).max(axis=-1)
-            least = float(errors.min())
-            if self.nodes or least <= few_terms * self.tolerance or 2 * count > MAX_NODES:
+            smallest_error = float(errors.min())
+            if self.nodes or smallest_error <= few_terms * self.tolerance or 2 * count > MAX_NODES:
                 break
             halvings = np.log2(MAX_NODES / count)
-            gain = least / before
-            if gain > 0 and least * gain ** (2 * halvings) > self.tolerance:
+            gain = smallest_error / before
+            if gain > 0 and smallest_error * gain ** (2 * halvings) > self.tolerance:
                 break  # even if the error fell twice as fast as it does
             count = 2 * count - 1
-            before = least
-        enough = np.flatnonzero(errors <= self.tolerance)
-        if not len(enough):
+            before = smallest_error
+        sufficient_terms = np.flatnonzero(errors <= self.tolerance)
+        if not len(sufficient_terms):
             raise InputError(
                 f"RandomField tolerance {self.tolerance:g} on the variance error is not met "
                 f"by {number_of(len(errors), 'term')} on {count:.0f} nodes; the best is "
                 f"{errors.min():.3g}"
             )
-        return series.first(int(enough[0]) + 1)
+        return series.first(int(sufficient_terms[0]) + 1)
 
     def _errors(self, series: Series, x: np.ndarray) -> np.ndarray:
         """Return the variance errors of the first 1, 2, … terms at positions x."""
@@ -220,10 +222,12 @@ class RandomField(Field):
             return 1 - covariance - (covariance - variance)
         widest = replace(self, mean=_ends(self.mean)[0], std=_ends(self.std)[-1])
         square = widest._logarithmic_variance(x)
-        true, common, expansion_variance = (
+        field_variance, joint_variance, expansion_variance = (
             np.expm1(square * part) for part in (1.0, covariance, variance)
         )
-        return (true - common - (common - expansion_variance)) / true
+        return (
+            field_variance - joint_variance - (joint_variance - expansion_variance)
+        ) / field_variance
 
     @property
     def dimension(self) -> int:
@@ -236,7 +240,7 @@ class RandomField(Field):
 
     def largest_variance_error(self) -> float:
         """Return the largest variance error on the domain, on 1001 positions."""
-        return float(self.variance_error(np.linspace(*self.located, 1001)).max())
+        return float(self.variance_error(np.linspace(*self.extent, 1001)).max())
 
     @property
     def summary(self) -> str:
@@ -255,12 +259,12 @@ class RandomField(Field):
         """Raise `InputError` as any `Field`; warn if the terms lack much of the accelerations."""
         largest_acceleration_error = 0.05  # of a field that prescribes a motion, without a warning
         super().check_motion(part)
-        lacking = self.expansion.acceleration_error()
-        if lacking > largest_acceleration_error:
+        missing_share = self.expansion.acceleration_error()
+        if missing_share > largest_acceleration_error:
             warn(
                 f"{part} is prescribed by a RandomField of {number_of(self.dimension, 'term')}, "
-                f"which lack {100 * lacking:.2g} % of the variance of its accelerations: they need "
-                "more terms than the field itself, so take a smaller tolerance"
+                f"which lack {100 * missing_share:.2g} % of the variance of its accelerations: "
+                "they need more terms than the field itself, so take a smaller tolerance"
             )
 
     def standard(self, value: np.ndarray) -> np.ndarray:

@@ -65,8 +65,8 @@ class Series(ABC):
         x = np.linspace(start + h, end - h, positions) + h * np.arange(-1, 2)[:, None]
         before, center, after = np.moveaxis(self.basis(x), 1, 0)
         variance = np.mean(np.sum((before - 2 * center + after) ** 2, axis=0))
-        near = correlations(self.correlation, np.array([0.0, 1.0, 2.0]) * h / self.length)
-        return 1 - float(variance / (near @ [6.0, -8.0, 2.0]))
+        rho = correlations(self.correlation, np.array([0.0, 1.0, 2.0]) * h / self.length)
+        return 1 - float(variance / (rho @ [6.0, -8.0, 2.0]))
 
 
 Discretization = Callable[[Correlation, float, tuple[float, float], int], Series]

@@ -85,7 +85,8 @@ def ball(law, *, position, velocity, gravity, closed_at_start=False):
     table = contact.CircleOnLine(radius=RADIUS, normal=(0.0, 1.0), ends=(-0.2, 0.1))
     return fb.Mechanism(
         bodies={"m": fb.PointMass(mass=1.0, position=position, velocity=velocity)},
-        loads={"table": contact.Contact("m", (0.0, 0.0), table, law, closed_at_start=closed_at_start),
+        loads={"table": contact.Contact(
+                   "m", (0.0, 0.0), table, law, closed_at_start=closed_at_start),
                "g": fb.Gravity(y=-gravity)},
         sensors={"x": fb.Position("m"), "c": contact.Contacts("table", first=1)},
     )  # fmt: skip
@@ -96,7 +97,8 @@ def test_a_ball_rolls_off_the_end_of_a_line():
     law = linear()
     g = 9.81
     start = (0.0, RADIUS - g / K), (0.6, 0.0)
-    motion = fb.simulate(ball(law, position=start[0], velocity=start[1], gravity=g, closed_at_start=True),
+    motion = fb.simulate(ball(law, position=start[0], velocity=start[1], gravity=g,
+                              closed_at_start=True),
                          duration=0.4, step=0.02, integrator=integrator_of(1e-10))  # fmt: skip
     y0 = [*start[0], *start[1]]
     t = motion["time"].values
@@ -119,8 +121,8 @@ def test_a_ball_that_falls_on_the_end_of_a_line_leaves_it_sideways(x):
         approach_speed = np.sqrt(square_height) / RADIUS
         assert float(motion.sel(output="c_t1")[-1]) == pytest.approx(first, abs=1e-9)
         y0 = [x, 0.1 - first, 0.0, -1.0]
-        solution = solve_ivp(rates_of(law, end, 0.0, approach_speed), (first, 0.15), y0, "DOP853", rtol=1e-11,
-                         atol=1e-13, max_step=1e-3)  # fmt: skip
+        solution = solve_ivp(rates_of(law, end, 0.0, approach_speed), (first, 0.15), y0, "DOP853",
+                             rtol=1e-11, atol=1e-13, max_step=1e-3)  # fmt: skip
         exact = solution.y[:2, -1]
     np.testing.assert_allclose(motion.sel(output=["x_X", "x_Y"])[:, -1], exact, rtol=0, atol=1e-6)
 

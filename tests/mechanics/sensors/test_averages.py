@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import flexband as fb
-from tests.mechanics.engine.test_free_steps import chosen
+from tests.mechanics.engine.test_free_steps import integrator_of
 from tests.mechanics.sensors.test_extremes import W, oscillator
 
 PLACE = fb.Position("m")
@@ -20,7 +20,7 @@ def exact(first, last):
 
 
 @pytest.mark.parametrize(
-    ("options", "atol"), [({"substeps": 40}, 5e-5), ({"integrator": chosen(1e-9)}, 3e-6)]
+    ("options", "atol"), [({"substeps": 40}, 5e-5), ({"integrator": integrator_of(1e-9)}, 3e-6)]
 )
 def test_the_means_of_a_vibration_between_the_times_of_the_result(options, atol):
     model = oscillator(

@@ -7,7 +7,7 @@ import pytest
 
 import flexband as fb
 from flexband.sensors import Integral, Largest, Smallest
-from tests.mechanics.engine.test_free_steps import STIFFNESS, G, bounces, chosen
+from tests.mechanics.engine.test_free_steps import STIFFNESS, G, bounces, integrator_of
 
 W = 10.0
 
@@ -22,7 +22,7 @@ def oscillator(**sensors):
     )
 
 
-@pytest.mark.parametrize("options", [{"substeps": 40}, {"integrator": chosen(1e-9)}])
+@pytest.mark.parametrize("options", [{"substeps": 40}, {"integrator": integrator_of(1e-9)}])
 def test_extremes_and_integrals_of_a_vibration_between_the_times_of_the_result(options):
     place = fb.Position("m")
     model = oscillator(
@@ -55,7 +55,7 @@ def test_the_largest_penetration_and_the_impulse_of_an_impact_within_a_step():
                  "most": Largest(fb.Acceleration("ball")),
                  "turn": Integral(fb.Acceleration("ball"))},
     )  # fmt: skip
-    integrator = chosen(1e-9, spectral_radius=0.9)
+    integrator = integrator_of(1e-9, spectral_radius=0.9)
     motion = fb.simulate(model, duration=0.2, step=0.2, integrator=integrator)
     speed = np.sqrt(0.2 * G)
     w = np.sqrt(STIFFNESS)

@@ -35,8 +35,8 @@ def test_a_mechanism_keeps_copies():
         mechanism.bodies["bar"] = MASS
     with pytest.raises(ValueError, match="read-only"):
         mechanism.loads["push"].x[:] = 0.0
-    for other in (copy.deepcopy(mechanism), pickle.loads(pickle.dumps(mechanism))):
-        np.testing.assert_array_equal(fall(other), before)
+    for duplicate in (copy.deepcopy(mechanism), pickle.loads(pickle.dumps(mechanism))):
+        np.testing.assert_array_equal(fall(duplicate), before)
 
 
 def test_an_array_that_was_changed_before_is_checked_again():

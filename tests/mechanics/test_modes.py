@@ -42,11 +42,11 @@ def test_pendulum_and_inverted_pendulum():
         )
 
     exact = np.sqrt(9.81) / (2 * np.pi)
-    down = fb.modes(model(-np.pi / 2), 5)
-    np.testing.assert_allclose(down["frequency"], [exact], rtol=1e-9)
-    np.testing.assert_allclose(np.abs(down["shape"][0]), [2.0**-0.5, 0.0], atol=1e-9)
-    up = fb.modes(model(np.pi / 2), 5, about="start")
-    np.testing.assert_allclose(up["frequency"], [-exact], rtol=1e-9)
+    hanging_modes = fb.modes(model(-np.pi / 2), 5)
+    np.testing.assert_allclose(hanging_modes["frequency"], [exact], rtol=1e-9)
+    np.testing.assert_allclose(np.abs(hanging_modes["shape"][0]), [2.0**-0.5, 0.0], atol=1e-9)
+    upright_modes = fb.modes(model(np.pi / 2), 5, about="start")
+    np.testing.assert_allclose(upright_modes["frequency"], [-exact], rtol=1e-9)
 
 
 def test_free_beam_has_three_free_motions():

@@ -72,9 +72,9 @@ def test_a_diverging_sample_is_repeated_with_half_the_step_and_hurts_no_other():
         np.testing.assert_array_equal(batch[k], single_run)
     fine_motion = fb.simulate(hardening_spring(speeds[[1, 3]]), duration=1.0, step=0.01)
     np.testing.assert_array_equal(batch[[1, 3]], fine_motion[:, :, ::2])
-    divided = fb.simulate(hardening_spring(speeds), duration=1.0, step=0.04, substeps=2)
-    np.testing.assert_array_equal(divided, batch[:, :, ::2])
-    assert divided.attrs["halved_step"] == [1, 3]
+    substep_run = fb.simulate(hardening_spring(speeds), duration=1.0, step=0.04, substeps=2)
+    np.testing.assert_array_equal(substep_run, batch[:, :, ::2])
+    assert substep_run.attrs["halved_step"] == [1, 3]
     with pytest.raises(
         fb.errors.SimulationError, match=r"steps of 0\.02 s and of 0\.01 s\nTake shorter"
     ):

@@ -32,6 +32,7 @@ def test_forces_are_the_derivative_of_the_energy():
     x, weights = np.polynomial.legendre.leggauss(40)
     s = (x + 1) / 2
 
+    # Slope and curvature of the Hermite cubics.
     def line(q, s):
         slope = np.stack(
             [6 * s**2 - 6 * s, 1 - 4 * s + 3 * s**2, 6 * s - 6 * s**2, 3 * s**2 - 2 * s]
@@ -42,6 +43,7 @@ def test_forces_are_the_derivative_of_the_energy():
         w = curve.T @ nodes / 0.49
         return p, (p[:, 0] * w[:, 1] - p[:, 1] * w[:, 0]) / (p**2).sum(axis=1)
 
+    # Stretch is assumed quadratic along the element, the curvature linear.
     def energy(q):
         p, _ = line(q, np.array([0.0, 0.5, 1.0]))
         stretch = np.polynomial.Polynomial.fit([0, 0.5, 1], np.hypot(*p.T) - 1, 2)(s)

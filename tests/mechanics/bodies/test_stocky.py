@@ -10,15 +10,15 @@ RUBBER = {"density": 1000.0, "youngs_modulus": 1e9, "poissons_ratio": 0.3}
 
 
 CONTINUA = [fb.sections.SelectiveIntegration(), fb.sections.FullIntegration()]
-OWN = 100.0 * 1e-2 * 0.1**2 / 12
+SECTION_INERTIA = 100.0 * 1e-2 * 0.1**2 / 12
 
 
 def middle_rate(inertia, integration=None, youngs_modulus=1e6):
-    """Return the speed of a free beam, given 10 rad/s, whose section has the rotary inertia OWN."""
+    """Return the speed of a free beam of `SECTION_INERTIA` that starts with 10 rad/s."""
     beam = fb.Beam(
-        length=1.0, section=fb.sections.GeneralSection(1e-2, OWN / 100.0), density=100.0,
-        youngs_modulus=youngs_modulus, poissons_ratio=0.3, elements=4, rotary_inertia=inertia,
-        rate=10.0, integration=integration,
+        length=1.0, section=fb.sections.GeneralSection(1e-2, SECTION_INERTIA / 100.0),
+        density=100.0, youngs_modulus=youngs_modulus, poissons_ratio=0.3, elements=4,
+        rotary_inertia=inertia, rate=10.0, integration=integration,
     )  # fmt: skip
     model = fb.Mechanism(bodies={"b": beam}, sensors={"w": fb.AngularVelocity("b.middle")})
     return fb.simulate(model, duration=0.5, step=1e-3)
@@ -34,10 +34,14 @@ def test_a_beam_of_large_rotary_inertia_keeps_its_speed(inertia):
 def test_a_continuum_keeps_its_speed_or_refuses_its_rotary_inertia(integration):
     """At 1e8 Pa its axis stretches by at most ρω²L²/8E = 1.25e-5."""
     for factor in (1.0, 10.0):
-        rate = middle_rate(factor * OWN, integration, youngs_modulus=1e8)
+        rate = middle_rate(factor * SECTION_INERTIA, integration, youngs_modulus=1e8)
         np.testing.assert_allclose(rate.mean(), 10.0, rtol=6e-5)
     message = r"at most 0\.00833, 10 times that of the section, .* got 0\.00842\. Leave integration"
-    for inertia in (10.1 * OWN, np.array([OWN, 10.1 * OWN]), lambda x: 10.1 * OWN + 0 * x):
+    for inertia in (
+        10.1 * SECTION_INERTIA,
+        np.array([SECTION_INERTIA, 10.1 * SECTION_INERTIA]),
+        lambda x: 10.1 * SECTION_INERTIA + 0 * x,
+    ):
         with pytest.raises(
             fb.errors.InputError, match="body 'b': Beam rotary_inertia .*" + message
         ):

@@ -27,7 +27,7 @@ def dyad(first, second):
 
 
 ANGLE = np.arccos((1.0 + 1.2**2 - 0.7**2) / (2 * 1.2))
-OTHER = np.pi - np.arcsin(np.sin(ANGLE) / 0.7)
+SECOND_ANGLE = np.pi - np.arcsin(np.sin(ANGLE) / 0.7)
 """The angles at which both bars meet above their pins."""
 
 
@@ -37,14 +37,14 @@ def analyses(model):
 
 
 def test_a_start_that_fits_needs_no_report():
-    for result in analyses(dyad(ANGLE, OTHER)):
+    for result in analyses(dyad(ANGLE, SECOND_ANGLE)):
         assert not result.attrs.keys() & {"assembly", "largest_turn", "largest_move"}
 
 
 def test_small_changes_are_reported_and_large_ones_warned_of():
     angles = ANGLE + np.array([0.0, 0.01, -0.02])
-    motion = fb.simulate(dyad(angles, OTHER), duration=1e-3, step=1e-3)
-    turns = np.abs(motion.isel(time=0) - np.stack([angles, np.full(3, OTHER)], axis=1))
+    motion = fb.simulate(dyad(angles, SECOND_ANGLE), duration=1e-3, step=1e-3)
+    turns = np.abs(motion.isel(time=0) - np.stack([angles, np.full(3, SECOND_ANGLE)], axis=1))
     assert motion.attrs["largest_turn"] == pytest.approx(float(turns.max()), rel=1e-6)
     assert 0.005 < motion.attrs["largest_turn"] < 0.02 + 1e-9
     assert "assembly turned body" in motion.attrs["assembly"]
@@ -53,7 +53,7 @@ def test_small_changes_are_reported_and_large_ones_warned_of():
         with pytest.warns(
             fb.errors.FlexbandWarning, match=r"turned body '.' by .* rad .* given angle"
         ):
-            analysis(dyad(ANGLE + 0.2, OTHER))
+            analysis(dyad(ANGLE + 0.2, SECOND_ANGLE))
 
 
 def test_moves_alone_are_reported_but_not_warned_of():
@@ -70,10 +70,10 @@ def test_moves_alone_are_reported_but_not_warned_of():
 
 def test_another_branch_is_warned_of():
     """The state in which the bars meet above their pins, if they were given below them."""
-    below = assemble(dyad(-ANGLE + 0.05, -OTHER))
+    below = assemble(dyad(-ANGLE + 0.05, -SECOND_ANGLE))
     states = [
         begin(system, pack(system, AT_START)(0))[0].z
-        for system in (assemble(dyad(ANGLE, OTHER)), below)
+        for system in (assemble(dyad(ANGLE, SECOND_ANGLE)), below)
     ]
     other_branch, same_branch = (corrections(below, z, np.zeros(1, dtype=int)) for z in states)
     assert other_branch.reversed.all()

@@ -8,7 +8,7 @@ import pytest
 
 import flexband as fb
 
-LOST = {0.5: 1.5e-2, 0.7: 4.2e-3, 0.9: 4e-4, 0.95: 9e-5, 0.98: 1.4e-5, 1.0: 1e-12}
+SPEED_LOSSES = {0.5: 1.5e-2, 0.7: 4.2e-3, 0.9: 4e-4, 0.95: 9e-5, 0.98: 1.4e-5, 1.0: 1e-12}
 
 
 def disc(rate):
@@ -22,7 +22,7 @@ def speed_kept(rate, steps, radius):
     return float(motion[0, -1]) / rate
 
 
-@pytest.mark.parametrize(("radius", "speed_loss"), LOST.items())
+@pytest.mark.parametrize(("radius", "speed_loss"), SPEED_LOSSES.items())
 def test_a_free_disc_keeps_its_speed(radius, speed_loss):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fb.errors.FlexbandWarning)
@@ -144,6 +144,7 @@ def test_a_plate_on_three_cranks_shares_its_weight(excess_length):
         names += [f"B{k}"]
         sensors[f"B{k}"] = fb.Reaction(f"B{k}")
     model = fb.Mechanism(bodies=bodies, joints=joints, loads={"g": fb.Gravity()}, sensors=sensors)
+    # Reactions are bounded, and together they carry weight and inertia.
     motion = fb.simulate(model, duration=2.0, step=1e-3)
     assert "joint 'B2'" in motion.attrs["not_unique"]
     forces = motion.sel(output=[f"{n}_{axis}" for n in names for axis in "XY"])

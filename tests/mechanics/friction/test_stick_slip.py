@@ -51,6 +51,7 @@ def test_a_block_on_a_belt_has_the_cycle_of_its_coefficients():
         loads={"g": fb.Gravity(), "spring": fb.Spring("block", (-1.0, 0.0), k, 1.0)},
         sensors={"x": fb.Position("block"), "u": FrictionForce("face")},
     )
+    # The cycle in closed form: the block sticks, then vibrates about the kinetic stretch.
     rate = np.sqrt(k / m)
     half_width = (static - kinetic) * m * G / k
     static_stretch = static * m * G / k
@@ -61,12 +62,14 @@ def test_a_block_on_a_belt_has_the_cycle_of_its_coefficients():
     cycle = stick + slip
     motion = simulate(belt, begin + 3 * cycle, 240, tolerance=1e-11)
     t, x, u = motion["time"].values, values(motion, "x_X"), values(motion, "u_speed")
+    # Durations of sticking and of slipping, by the middles of three stages of sticking.
     middles = [begin + n * cycle - stick / 2 for n in (1, 2, 3)]
     middle_indices = [int(np.abs(t - middle).argmin()) for middle in middles]
     assert np.abs(u[middle_indices]).max() < 1e-11
     starts = t[middle_indices] - (x[middle_indices] - lower_end) / v0
     assert starts[0] - begin == pytest.approx(slip, rel=1e-4)
     assert starts[2] - starts[1] - slip == pytest.approx(stick, rel=1e-4)
+    # The whole motion.
     phase = np.maximum(t - begin, 0.0) % cycle
     slip_mask = (t > begin) & (phase < slip)
     exact = np.where(t > begin, lower_end + v0 * (phase - slip), v0 * t)

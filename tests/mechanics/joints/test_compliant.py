@@ -290,9 +290,9 @@ def test_frequencies_about_a_loaded_equilibrium(seed):
     )
     square = np.linalg.eigvalsh(hessian / np.sqrt(np.outer(size, size)))
     assert square.min() > 0
-    undamped = [(*joint[:6], 0.0) for joint in joints]
+    undamped_joints = [(*joint[:6], 0.0) for joint in joints]
     undamped_mechanism = replace(
-        mechanism_of(at, 0 * v, masses, undamped), loads={"gravity": fb.Gravity()}
+        mechanism_of(at, 0 * v, masses, undamped_joints), loads={"gravity": fb.Gravity()}
     )
     frequencies = fb.modes(undamped_mechanism, 9, about="equilibrium")["frequency"].values
     assert frequencies == pytest.approx(np.sqrt(square) / (2 * np.pi), rel=1e-6)

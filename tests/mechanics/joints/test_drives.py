@@ -48,6 +48,7 @@ def arm(drives):
 def torques(theta, rate, change):
     """Return the torques of the motors by the recursion of Newton and Euler, shape (3, times)."""
     angle, w, dw = (np.cumsum(rows, axis=0) for rows in (theta, rate, change))
+    # From the base to the hand: accelerations of the centres, and the links as vectors.
     place = np.zeros((2, angle.shape[1]))
     force = np.array([[0.0], [GRAVITY]])
     accelerations = []
@@ -59,6 +60,7 @@ def torques(theta, rate, change):
         accelerations.append(force + place + pull / 2)
         place = place + pull
         _ = ends.append(along * length)
+    # From the hand to the base: forces and moments that each joint carries.
     load = np.zeros_like(place)
     moment = np.zeros(angle.shape[1])
     moments = []

@@ -147,9 +147,9 @@ def test_a_planetary_gear():
     assert "0 degrees of freedom" in fb.describe(model)
     motion = fb.simulate(model, duration=2.0, step=1e-3)
     t = motion["time"].values
-    arm_turned = 30.0 * t * sun / (sun + ring)
-    np.testing.assert_allclose(motion.sel(output="arm"), arm_turned, atol=1e-8)
-    exact = arm_turned - (30.0 * t - arm_turned) * sun / planet
+    arm_turn = 30.0 * t * sun / (sun + ring)
+    np.testing.assert_allclose(motion.sel(output="arm"), arm_turn, atol=1e-8)
+    exact = arm_turn - (30.0 * t - arm_turn) * sun / planet
     np.testing.assert_allclose(motion.sel(output="planet"), exact, atol=1e-7)
 
 

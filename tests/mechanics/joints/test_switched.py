@@ -97,6 +97,7 @@ def test_momentum_and_energy_of_a_grip_in_flight(joint):
     """Momenta remain, the energy falls by what is reported, and the relative place is held."""
     t, outputs = grip_motion(Switched(joint, lambda t: (t > 0.15) & (t < 0.4)))
     bodies = (("a", 2.0, 0.1), ("b", 3.0, 0.2))
+    # Momenta remain, and the energy with what is lost.
     for axis in "XY":
         total = sum(m * outputs[f"v{n}_{axis}"] for n, m, _ in bodies)
         np.testing.assert_allclose(total, total[0], atol=1e-8)
@@ -108,6 +109,7 @@ def test_momentum_and_energy_of_a_grip_in_flight(joint):
     np.testing.assert_allclose(spin, spin[0], atol=3e-5)
     np.testing.assert_allclose(outputs["T"] + outputs["lost"], outputs["T"][0], rtol=3e-5)
     assert outputs["lost"][-1] > 2e-3
+    # What the joint holds is constant while it is active.
     active = (t > 0.155) & (t < 0.395)
     c = np.cos(outputs["qb"])
     s = np.sin(outputs["qb"])

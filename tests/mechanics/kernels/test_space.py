@@ -325,6 +325,7 @@ def test_frequencies_of_a_body_on_six_skew_springs():
 
     body = SpatialBody(np.zeros(3), tilt, np.zeros(3), np.zeros(3))
     mechanism = fb.Mechanism(bodies={"b": body}, loads={"springs": Entered(enters)})
+    # Stiffness of the lines in the axes of the body.
     matrix = np.zeros((6, 6))
     for k, anchor, lever in zip(stiffness, tilt.inv().apply(anchors), levers, strict=True):
         n = (lever - anchor) / np.linalg.norm(lever - anchor)  # in the axes of the body

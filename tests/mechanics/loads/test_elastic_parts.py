@@ -166,6 +166,7 @@ def test_bushing_conserves_energy_and_momentum(retardation):
         integrator=fb.GeneralizedAlpha(spectral_radius=1.0),
     )  # fmt: skip
     outputs = {name: motion.sel(output=name).values for name in motion.output.values}
+    # The deflection in the axes of the second body, and the energy with what damping took.
     X = outputs["ea_X"] - outputs["eb_X"]
     Y = outputs["ea_Y"] - outputs["eb_Y"]
     turn = outputs["qb"]
@@ -178,12 +179,14 @@ def test_bushing_conserves_energy_and_momentum(retardation):
     dissipation = np.einsum("it,ij,jt->t", rate, retardation * K, rate)
     energy[1:] += np.cumsum((dissipation[1:] + dissipation[:-1]) / 2 * np.diff(t))
     np.testing.assert_allclose(energy, energy[0], rtol=2e-3 if retardation else 2e-4)
+    # The sensor of the law has its force in global axes.
     force = -K @ (d + retardation * rate)
     global_force = np.stack([c * force[0] - s * force[1], s * force[0] + c * force[1], force[2]])
     law_force = np.stack([outputs["F_X"], outputs["F_Y"], outputs["F_M"]])
     np.testing.assert_allclose(
         law_force, global_force, atol=(1e-2 if retardation else 1e-8) * np.abs(global_force).max()
     )
+    # Angular momentum of both bodies.
     a, b = (
         m * (outputs[f"r{n}_X"] * outputs[f"v{n}_Y"] - outputs[f"r{n}_Y"] * outputs[f"v{n}_X"])
         + J * outputs[f"w{n}"]
@@ -270,7 +273,7 @@ def member(kind, elements=4, **options):
                    poissons_ratio=0.3, elements=elements, **options)  # fmt: skip
 
 
-CLAMPED = {"a": fb.Weld("rod.start", (0.0, 0.0)), "b": fb.Weld("rod.end", (1.0, 0.0))}
+CLAMPS = {"a": fb.Weld("rod.start", (0.0, 0.0)), "b": fb.Weld("rod.end", (1.0, 0.0))}
 
 
 @pytest.mark.parametrize("kind", ["cable", "beam"])
@@ -290,12 +293,12 @@ def test_free_strain_of_a_clamped_and_of_a_free_rod(kind):
         rod = {"rod": member(kind)}
         parts = {"bodies": rod, "loads": loads, "sensors": sensors}
         if way in ("number", "factor"):  # the section force is that of each place
-            walls = fb.equilibrium(fb.Mechanism(joints=CLAMPED, **parts))
+            walls = fb.equilibrium(fb.Mechanism(joints=CLAMPS, **parts))
             force = np.ravel(walls.sel(output="N_N"))
             np.testing.assert_allclose(force, -2e5 * expected, rtol=1e-9)
             energy = np.ravel(walls.sel(output="U"))
             np.testing.assert_allclose(energy, 1e5 * expected**2, rtol=1e-6)
-        cantilever = fb.equilibrium(fb.Mechanism(joints={"a": CLAMPED["a"]}, **parts))
+        cantilever = fb.equilibrium(fb.Mechanism(joints={"a": CLAMPS["a"]}, **parts))
         np.testing.assert_allclose(
             np.ravel(cantilever.sel(output="end_X")), 1 + expected, atol=1e-11
         )
@@ -320,7 +323,7 @@ def test_free_curvature_of_a_cantilever_and_between_walls(kind):
                         "S": fb.SectionForces("rod", "0.3"), "e": fb.Strain("rod", "0.5", y=0.004),
                         "U": fb.ElasticEnergy(), "y": fb.Position("rod.middle")},
         }  # fmt: skip
-        cantilever = fb.equilibrium(fb.Mechanism(joints={"a": CLAMPED["a"]}, **parts))
+        cantilever = fb.equilibrium(fb.Mechanism(joints={"a": CLAMPS["a"]}, **parts))
         np.testing.assert_allclose(np.ravel(cantilever.sel(output="turn")), kappa, rtol=1e-9)
         arc = np.stack([np.sin(kappa), 1 - np.cos(kappa)]) / kappa
         place = np.atleast_2d(cantilever.sel(output=["end_X", "end_Y"]).values).T
@@ -328,7 +331,7 @@ def test_free_curvature_of_a_cantilever_and_between_walls(kind):
         np.testing.assert_allclose(
             cantilever.sel(output=["S_N", "S_M", "e_xx", "U"]), 0.0, atol=1e-7
         )
-        walls = fb.equilibrium(fb.Mechanism(joints=CLAMPED, **parts))
+        walls = fb.equilibrium(fb.Mechanism(joints=CLAMPS, **parts))
         np.testing.assert_allclose(np.ravel(walls.sel(output="S_M")), -5 / 3 * kappa, rtol=1e-9)
         np.testing.assert_allclose(walls.sel(output=["y_Y", "S_N"]), 0.0, atol=1e-9)
         energy = np.ravel(walls.sel(output="U"))
@@ -339,14 +342,14 @@ def test_free_curvature_of_a_propped_strip_and_in_time():
     """The end would rise by ∫κ(L − x) dx; between walls the moment is −EI κ(t)."""
     parts = {"bodies": {"rod": member("cable")}, "sensors": {"S": fb.SectionForces("rod", "0.5")}}
     mechanism = fb.Mechanism(
-        joints={"a": CLAMPED["a"], "prop": fb.Slot("rod.end", (1.0, 0.0))},
+        joints={"a": CLAMPS["a"], "prop": fb.Slot("rod.end", (1.0, 0.0))},
         loads={"sun": fb.loads.FreeCurvature("rod", lambda x: 0.006 * x)},
         **parts,
     )
     force = -3 * 5 / 3 * 1e-3
     assert fb.equilibrium(mechanism).sel(output="S_M") == pytest.approx(0.5 * force, rel=1e-5)
     sun = fb.loads.FreeCurvature("rod", history=lambda x, t: 0.02 * t**2 + 0.0 * x)
-    walls = fb.Mechanism(joints=CLAMPED, loads={"sun": sun}, **parts)
+    walls = fb.Mechanism(joints=CLAMPS, loads={"sun": sun}, **parts)
     motion = fb.simulate(walls, duration=0.1, step=0.01)
     expected = -5 / 3 * 0.02 * motion.time.values**2
     np.testing.assert_allclose(motion.sel(output="S_M"), expected, atol=1e-10)
@@ -367,7 +370,7 @@ def test_heat_softens_a_rod_and_rises_in_time(kind):
     np.testing.assert_allclose(frequencies / frequencies[0], expected, rtol=2e-3)
     fire = fb.loads.FreeStrain("rod", history=lambda x, t: 1e-5 * t**2 + 0.0 * x)
     motion = fb.simulate(
-        fb.Mechanism(bodies={"rod": member(kind, retardation_time=1e-4)}, joints=CLAMPED,
+        fb.Mechanism(bodies={"rod": member(kind, retardation_time=1e-4)}, joints=CLAMPS,
                      loads={"fire": fire}, sensors={"N": fb.SectionForces("rod")}),
         duration=1.0, step=0.01,
     )  # fmt: skip
@@ -380,7 +383,7 @@ def test_damping_of_bending_alone(kind):
     """Bending has the ratio τ_b ω/2, the axial vibration τ ω/2."""
     rod = member(kind, elements=2, retardation_time=1e-6, bending_retardation_time=2e-4)
     mechanism = fb.Mechanism(
-        bodies={"rod": rod}, joints={"a": CLAMPED["a"]}, sensors={"end": fb.Position("rod.end")}
+        bodies={"rod": rod}, joints={"a": CLAMPS["a"]}, sensors={"end": fb.Position("rod.end")}
     )
     modes = fb.modes(mechanism, 6)
     frequency, ratio = (np.ravel(modes[name].values) for name in ("frequency", "damping_ratio"))
@@ -436,7 +439,7 @@ def test_drawings_show_tables_bushings_and_heat():
             "rod": member("beam"),
             "b": fb.RigidBody.disc(radius=0.1, width=0.1, density=10.0, position=(1.1, 0.3)),
         },
-        joints={"a": CLAMPED["a"]},
+        joints={"a": CLAMPS["a"]},
         loads={
             "rubber": fb.loads.Bushing("b", "rod.end", (1.0, 1.0, 1.0)),
             "heat": fb.loads.FreeStrain("rod", 1e-4),

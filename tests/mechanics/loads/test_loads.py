@@ -168,11 +168,11 @@ def test_a_torsion_pendulum():
     rate = np.gradient(exact, t, axis=1, edge_order=2)
     np.testing.assert_allclose(moment, -k[:, None] * exact - d * rate, atol=2e-3)
     np.testing.assert_allclose(motion.sel(output="E"), 0.5 * k[:, None] * angle**2, atol=1e-9)
-    undamped = fb.Mechanism(
+    undamped_pendulum = fb.Mechanism(
         bodies=model.bodies, joints=model.joints, sensors=model.sensors,
         loads={"t": fb.TorsionSpring("w", (0.0, 0.0), stiffness=k, rest_angle=0.0)},
     )  # fmt: skip
-    frequencies = fb.modes(undamped, 1)["frequency"][:, 0]
+    frequencies = fb.modes(undamped_pendulum, 1)["frequency"][:, 0]
     np.testing.assert_allclose(frequencies, np.sqrt(k / J) / (2 * np.pi), rtol=1e-7)
 
 

@@ -9,11 +9,11 @@ import flexband as fb
 from benchmarks.numerics.time_functions import trial
 from benchmarks.numerics.time_functions_draws import DRIVES, LOADS
 
-FOLLOWED = [("load", name) for name in LOADS if name not in ("sines", "vibrations", "waves")]
-FOLLOWED += [("drive", name) for name in DRIVES if name != "cycloids"]
+CASES = [("load", name) for name in LOADS if name not in ("sines", "vibrations", "waves")]
+CASES += [("drive", name) for name in DRIVES if name != "cycloids"]
 
 
-@pytest.mark.parametrize(("kind", "family"), FOLLOWED)
+@pytest.mark.parametrize(("kind", "family"), CASES)
 def test_motions_under_random_functions_are_followed(kind, family):
     """Most to 1e-3; pulses of a few steps, whose chords are off, to 1 %."""
     trials = [trial(kind, family, seed) for seed in (31, 32)]

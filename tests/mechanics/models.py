@@ -207,7 +207,7 @@ def parallelogram(cranks, lean=0.3):
     )
 
 
-def clamped(member, loads):
+def clamped_member(member, loads):
     """A member "m" clamped at its start, with sensors of its end."""
     return fb.Mechanism(
         bodies={"m": member},
@@ -220,8 +220,10 @@ def clamped(member, loads):
 def tip_compliance(member, direction=(0.0, 1.0), force=1.0):
     """Displacement of the tip along a small force there, over the force."""
     load = {"P": fb.Force("m.end", *(force * d for d in direction))}
-    rest, moved = (fb.equilibrium(clamped(member, loads))[..., :2] for loads in ({}, load))
-    return (moved - rest).values @ np.array(direction) / force
+    rest, loaded_tip = (
+        fb.equilibrium(clamped_member(member, loads))[..., :2] for loads in ({}, load)
+    )
+    return (loaded_tip - rest).values @ np.array(direction) / force
 
 
 @dataclass
@@ -348,6 +350,6 @@ def timoshenko(omega, length, EI, kGA, mass, rotary):
 def roots(function, frequencies):
     """The frequencies [Hz] between the given ones at which a function of ω vanishes."""
     omega = 2 * np.pi * frequencies
-    signs = np.sign([function(one) for one in omega])
+    signs = np.sign([function(rate) for rate in omega])
     changes = np.flatnonzero(signs[:-1] != signs[1:])
     return [root_scalar(function, bracket=omega[k : k + 2]).root / (2 * np.pi) for k in changes]

@@ -46,18 +46,20 @@ def test_bands_of_a_cantilevers_frequencies():
         np.testing.assert_allclose(bands["mean"][:, k], exact * (1 - loss), rtol=4e-3)
     assert bands["mean"].attrs["units"] == "Hz"
     assert bands["mean_at"].values[0, :, 0].tolist() == [1.1, 0.9]
-    finer = response.refinements(length=np.ones(1))["elements"]
-    one = np.array([1.0])
-    np.testing.assert_allclose(finer(length=one), response(length=one), rtol=2e-3)
-    assert response.description(length=one).discretization == {"elements of b": 6}
+    refined_response = response.refinements(length=np.ones(1))["elements"]
+    unit_length = np.array([1.0])
+    np.testing.assert_allclose(
+        refined_response(length=unit_length), response(length=unit_length), rtol=2e-3
+    )
+    assert response.description(length=unit_length).discretization == {"elements of b": 6}
 
 
 def test_modes_keep_their_numbers_where_frequencies_cross():
     response = fb.modal_response(two_oscillators, 2, nominal={"first": 100.0})
     first = np.array([60.0, 94.0, 95.0, 96.0, 140.0])
-    found = response(first=first)
+    frequencies = response(first=first)
     exact = np.sqrt(np.stack([np.full(5, 95.0), first], axis=1) / 2) / (2 * np.pi)
-    np.testing.assert_allclose(found, exact, rtol=1e-9)
+    np.testing.assert_allclose(frequencies, exact, rtol=1e-9)
     bands = fb.propagate(response, {"first": fb.Interval(60.0, 140.0)}, fb.PCCI(1, 5))
     np.testing.assert_allclose(bands["mean"].values, exact[[0, 4]], rtol=1e-4)
 
@@ -70,7 +72,7 @@ def test_a_mode_whose_shape_changes_is_followed_in_steps():
         K = np.array([[first + coupling, -coupling], [-coupling, 95.0 + coupling]])
         return np.sqrt(np.linalg.eigvalsh(K) / 2) / (2 * np.pi)
 
-    def coupled(first, coupling):
+    def coupled_masses(first, coupling):
         masses = fb.PointMass(mass=2.0), fb.PointMass(mass=2.0, position=(1.0, 0.0))
         return fb.Mechanism(
             bodies=dict(zip("ab", masses, strict=True)),
@@ -82,12 +84,12 @@ def test_a_mode_whose_shape_changes_is_followed_in_steps():
             },
         )
 
-    response = fb.modal_response(coupled, 2, nominal=nominal)
-    found = response(first=np.array([300.0, 110.0]), coupling=np.array([50.0, 400.0]))
-    np.testing.assert_allclose(found, [exact(300.0, 50.0), exact(110.0, 400.0)], rtol=1e-8)
+    response = fb.modal_response(coupled_masses, 2, nominal=nominal)
+    frequencies = response(first=np.array([300.0, 110.0]), coupling=np.array([50.0, 400.0]))
+    np.testing.assert_allclose(frequencies, [exact(300.0, 50.0), exact(110.0, 400.0)], rtol=1e-8)
 
 
-def hanging(stiffness, mass):
+def hanging_mass(stiffness, mass):
     return fb.Mechanism(
         bodies={"m": fb.PointMass(mass=mass, position=(0.0, -1.0))},
         loads={"s": fb.Spring("m", (0.0, 0.0), stiffness, 1.0), "g": fb.Gravity()},
@@ -97,9 +99,9 @@ def hanging(stiffness, mass):
 
 def test_bands_of_an_equilibrium():
     inputs = {"stiffness": fb.Interval(80.0, 120.0), "mass": fb.Normal(1.5, 0.05)}
-    bands = fb.propagate(fb.static_response(hanging), inputs, fb.PCCI(1, 6))
-    reach = 9.81 * 1.5 / np.array([80.0, 120.0])
-    np.testing.assert_allclose(bands["mean"].sel(output="m_Y"), -1 - reach, rtol=1e-6)
+    bands = fb.propagate(fb.static_response(hanging_mass), inputs, fb.PCCI(1, 6))
+    elongation = 9.81 * 1.5 / np.array([80.0, 120.0])
+    np.testing.assert_allclose(bands["mean"].sel(output="m_Y"), -1 - elongation, rtol=1e-6)
     upper = -1 - 9.81 * 1.45 / 120
     np.testing.assert_allclose(bands["error_bar"].sel(output="m_Y")[1], upper, rtol=1e-6)
     np.testing.assert_allclose(bands["mean"].sel(output="force_F"), 9.81 * 1.5, rtol=1e-6)
@@ -108,7 +110,7 @@ def test_bands_of_an_equilibrium():
 def test_components_of_a_sensor_at_rest_are_judged_together():
     """That of a mass below its spring which is zero in theory is rounding, which has no terms."""
     inputs = {"stiffness": fb.Interval(80.0, 120.0), "mass": fb.Normal(1.5, 0.05)}
-    response = fb.static_response(hanging)
+    response = fb.static_response(hanging_mass)
     values = {"stiffness": 100.0, "mass": 1.5}
     assert response.description(**values).quantities == ["m [m]", "m [m]", "force [N]", "force [m]"]
     assert response.description(**values).tensors == []
@@ -137,7 +139,7 @@ def test_a_pendulum_against_a_spring():
 
 
 def test_what_is_not_stable_or_not_unique_is_refused():
-    def inverted(mass):
+    def inverted_pendulum(mass):
         return fb.Mechanism(
             bodies={"m": fb.PointMass(mass=mass, position=(0.0, 1.0))},
             joints={"rod": fb.Distance("m", (0.0, 0.0), 1.0), "along": fb.Slot("m", (0.0, 0.0))},
@@ -145,30 +147,30 @@ def test_what_is_not_stable_or_not_unique_is_refused():
         )
 
     with pytest.raises((fb.errors.InputError, fb.errors.AssemblyError)):
-        fb.static_response(inverted)(mass=np.ones(1))
-    equal = fb.modal_response(two_oscillators, 2, nominal={"first": 95.0})
+        fb.static_response(inverted_pendulum)(mass=np.ones(1))
+    equal_response = fb.modal_response(two_oscillators, 2, nominal={"first": 95.0})
     with pytest.raises(
         fb.errors.InputError, match="modes 1 and 2 are the same at the nominal values"
     ):
-        equal(first=np.array([100.0]))
-    few = fb.modal_response(two_oscillators, 3, nominal={"first": 100.0})
+        equal_response(first=np.array([100.0]))
+    excess_response = fb.modal_response(two_oscillators, 3, nominal={"first": 100.0})
     with pytest.raises(fb.errors.InputError, match="modes must be 2 or less"):
-        few(first=np.array([100.0]))
+        excess_response(first=np.array([100.0]))
 
 
 @pytest.mark.parametrize(
     ("make", "message"),
     [
         (lambda: fb.modal_response(1, 1, nominal={}), "builder must be a function"),
-        (lambda: fb.modal_response(hanging, 0, nominal={}), "modes must be 1 or more"),
-        (lambda: fb.modal_response(hanging, 1, nominal=3), "nominal must be a mapping"),
-        (lambda: fb.modal_response(hanging, 1, nominal={"mass": "x"}), "nominal mass must be"),
-        (lambda: fb.modal_response(hanging, 1, nominal={}, about="x"), "about must be"),
+        (lambda: fb.modal_response(hanging_mass, 0, nominal={}), "modes must be 1 or more"),
+        (lambda: fb.modal_response(hanging_mass, 1, nominal=3), "nominal must be a mapping"),
+        (lambda: fb.modal_response(hanging_mass, 1, nominal={"mass": "x"}), "nominal mass must be"),
+        (lambda: fb.modal_response(hanging_mass, 1, nominal={}, about="x"), "about must be"),
         (
-            lambda: fb.modal_response(hanging, 1, nominal={})(mass=1.0, stiffness=1.0),
+            lambda: fb.modal_response(hanging_mass, 1, nominal={})(mass=1.0, stiffness=1.0),
             "nominal must name",
         ),
-        (lambda: fb.static_response(hanging, time=1e12), "time [s] must be at most"),
+        (lambda: fb.static_response(hanging_mass, time=1e12), "time [s] must be at most"),
         (lambda: fb.static_response(lambda a: 3)(a=1.0), "must return a Mechanism; got 3"),
     ],
 )

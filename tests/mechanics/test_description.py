@@ -18,12 +18,12 @@ def test_description_counts_degrees_of_freedom_and_names_what_is_redundant():
         length=2.0, height=0.1, width=0.1, density=1000.0, youngs_modulus=1e9, poissons_ratio=0.3,
         elements=2,
     )  # fmt: skip
-    clamped = fb.Mechanism(bodies={"b": beam}, joints={"clamp": fb.Weld("b.start", (0.0, 0.0))})
+    cantilever = fb.Mechanism(bodies={"b": beam}, joints={"clamp": fb.Weld("b.start", (0.0, 0.0))})
     assert "18 coordinates, 3 constraints (including those of rigidity), 15 degrees" in fb.describe(
-        clamped
+        cantilever
     )
     assert any(
-        line.split() == ["b", "Beam", "20", "18"] for line in fb.describe(clamped).splitlines()
+        line.split() == ["b", "Beam", "20", "18"] for line in fb.describe(cantilever).splitlines()
     )
 
 

@@ -12,13 +12,13 @@ from tests.mechanics.models import hardening_spring, parallelogram, pendulum
 ROPE = {"mass_per_length": 0.12, "axial_stiffness": 450.0, "bending_stiffness": 4e-3}
 
 
-def windowed(error, width):
+def window_rms(error, width):
     """The root mean square of an error over `width` times before and after each time."""
-    near = [error[max(k - width, 0) : k + width + 1] for k in range(len(error))]
-    return np.array([np.sqrt(np.mean(part**2)) for part in near])
+    windows = [error[max(k - width, 0) : k + width + 1] for k in range(len(error))]
+    return np.array([np.sqrt(np.mean(part**2)) for part in windows])
 
 
-def swinging(times):
+def pendulum_height(times):
     """The height −cos φ of the tip of the horizontal pendulum: sin φ/2 = sn(ωt + K, ½)/√2."""
     square = 1.5 * 9.81 / (1 + 0.02**2 / 4)  # of a bar with a height of 0.02 m
     sn, *_ = ellipj(np.sqrt(square) * times + ellipk(0.5), 0.5)
@@ -29,21 +29,21 @@ def swinging(times):
 def test_the_error_of_the_step_against_a_pendulum_in_closed_form(radius):
     """At every time and for the whole motion; the error falls with the square of the step."""
     integrator = fb.GeneralizedAlpha(spectral_radius=radius)
-    found = []
+    errors = []
     for step in (1e-2, 5e-3):
-        given = {"duration": 2.0, "step": step, "integrator": integrator}
-        estimate = fb.discretization_error(pendulum(), **given).sel(output="tip_Y")
-        motion = fb.simulate(pendulum(), **given).sel(output="tip_Y")
-        true = windowed(motion.values - swinging(motion.time.values), round(0.05 / step))
+        options = {"duration": 2.0, "step": step, "integrator": integrator}
+        estimate = fb.discretization_error(pendulum(), **options).sel(output="tip_Y")
+        motion = fb.simulate(pendulum(), **options).sel(output="tip_Y")
+        true = window_rms(motion.values - pendulum_height(motion.time.values), round(0.05 / step))
         np.testing.assert_allclose(estimate["error"][20:], true[20:], rtol=0.05)
         assert not estimate["mesh_error"].any()
-        relative = np.sqrt(np.mean((motion - swinging(motion.time)) ** 2)) / motion.std()
+        relative = np.sqrt(np.mean((motion - pendulum_height(motion.time)) ** 2)) / motion.std()
         assert float(estimate["relative_error"]) == pytest.approx(float(relative), rel=0.02)
-        found.append(float(relative))
-    assert found[0] / found[1] == pytest.approx(4.0, rel=0.02)
+        errors.append(float(relative))
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.02)
 
 
-def loaded(elements, integration):
+def slow_cantilever(elements, integration):
     """A cantilever whose tip is loaded so slowly that it hardly vibrates."""
     beam = fb.Beam(
         length=0.5, height=0.025, width=0.02, density=1000.0, youngs_modulus=2e11,
@@ -64,7 +64,7 @@ def test_the_error_of_the_mesh_against_the_deflection_of_beam_theory():
     exact = -20.0 * (bending + shear) / 2e11
     time = {"duration": 0.2, "step": 1e-3}
     for elements in (4, 8):
-        model = loaded(elements, fb.sections.SelectiveIntegration())
+        model = slow_cantilever(elements, fb.sections.SelectiveIntegration())
         tip = float(fb.simulate(model, **time).sel(output="tip_Y")[-1])
         estimate = fb.discretization_error(model, **time).sel(output="tip_Y").isel(time=-1)
         assert float(estimate["mesh_error"]) == pytest.approx(abs(tip - exact), rel=0.05)
@@ -72,7 +72,7 @@ def test_the_error_of_the_mesh_against_the_deflection_of_beam_theory():
 
 
 def test_errors_of_the_mesh_of_default_elements_have_order_four():
-    def falling(elements):
+    def falling_cable(elements):
         cable = fb.Cable(length=1.0, elements=elements, **ROPE)
         return fb.Mechanism(
             bodies={"c": cable},
@@ -81,11 +81,13 @@ def test_errors_of_the_mesh_of_default_elements_have_order_four():
             sensors={"U": fb.ElasticEnergy()},
         )
 
-    found = [
-        fb.discretization_error(falling(n), duration=0.3, step=1e-3).attrs["relative_mesh_error"]
+    mesh_errors = [
+        fb.discretization_error(falling_cable(n), duration=0.3, step=1e-3).attrs[
+            "relative_mesh_error"
+        ]
         for n in (16, 32)
     ]
-    assert np.log2(found[0] / found[1]) == pytest.approx(4.0, abs=0.3)
+    assert np.log2(mesh_errors[0] / mesh_errors[1]) == pytest.approx(4.0, abs=0.3)
 
 
 def test_every_sample_has_its_error_and_what_rests_has_none():
@@ -104,11 +106,13 @@ def test_every_sample_has_its_error_and_what_rests_has_none():
     assert errors["error"].coords.identical(motion.coords)
     exact = 1 + 0.2 * np.cos(np.sqrt(stiffness)[:, None] * motion.time.values)
     true = motion.sel(output="r_X") - exact
-    found = errors.sel(output="r_X")
+    position_errors = errors.sel(output="r_X")
     for k in range(3):
-        np.testing.assert_allclose(found["error"][k], windowed(true[k].values, 10), rtol=0.1)
+        np.testing.assert_allclose(
+            position_errors["error"][k], window_rms(true[k].values, 10), rtol=0.1
+        )
     relative = np.sqrt((true**2).mean("time")) / motion.sel(output="r_X").std("time")
-    np.testing.assert_allclose(found["relative_error"], relative, rtol=0.05)
+    np.testing.assert_allclose(position_errors["relative_error"], relative, rtol=0.05)
     assert errors["relative_error"].sel(output="r_Y").max() < 1e-9
     assert errors.attrs["worst_output"] == "r_X"
     assert errors.attrs["relative_error"] == float(errors["relative_error"].max())
@@ -119,11 +123,15 @@ def test_a_sample_that_was_completed_with_half_the_step_is_compared_with_a_quart
     speeds = np.array([0.1, 7.5, 0.2])
     motion = fb.simulate(hardening_spring(speeds), duration=0.2, step=0.02)
     assert motion.attrs["halved_step"] == [1]
-    found = fb.discretization_error(hardening_spring(speeds), duration=0.2, step=0.02)["step_error"]
-    alone = fb.discretization_error(hardening_spring(7.5), duration=0.2, step=0.02)["step_error"]
+    step_errors = fb.discretization_error(hardening_spring(speeds), duration=0.2, step=0.02)[
+        "step_error"
+    ]
+    single_run = fb.discretization_error(hardening_spring(7.5), duration=0.2, step=0.02)[
+        "step_error"
+    ]
     exact = fb.discretization_error(hardening_spring(7.5), duration=0.2, step=0.01)["step_error"]
-    np.testing.assert_array_equal(found[1], alone)
-    assert float(alone.max()) == pytest.approx(float(exact.max()), rel=0.5)
+    np.testing.assert_array_equal(step_errors[1], single_run)
+    assert float(single_run.max()) == pytest.approx(float(exact.max()), rel=0.5)
 
 
 def test_rounding_of_a_body_that_does_not_turn_is_no_error():
@@ -137,10 +145,10 @@ def test_only_the_motion_itself_warns():
     wheel = fb.RigidBody(mass=1.0, inertia=0.5, rate=900.0)
     pin = {"pin": fb.Revolute("wheel", (0.0, 0.0))}
     model = fb.Mechanism(bodies={"wheel": wheel}, joints=pin, sensors={"a": fb.Angle("wheel")})
-    with pytest.warns(fb.errors.FlexbandWarning, match="rad per step") as issued:
+    with pytest.warns(fb.errors.FlexbandWarning, match="rad per step") as records:
         errors = fb.discretization_error(model, duration=0.02, step=1e-3)
-    assert len(issued) == 1
+    assert len(records) == 1
     assert errors.attrs["relative_error"] > 0.05
-    nothing = fb.Mechanism(bodies={"wheel": replace(wheel, rate=1.0)}, joints=pin)
+    sensorless = fb.Mechanism(bodies={"wheel": replace(wheel, rate=1.0)}, joints=pin)
     with pytest.raises(fb.errors.InputError, match="no sensors"):
-        fb.discretization_error(nothing, duration=0.02, step=1e-3)
+        fb.discretization_error(sensorless, duration=0.02, step=1e-3)

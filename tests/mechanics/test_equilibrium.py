@@ -26,16 +26,16 @@ def test_hanging_chain_of_springs_in_series():
         },
         sensors={"a": fb.Position("a"), "b": fb.Position("b")},
     )
-    found = fb.equilibrium(model)
+    rest = fb.equilibrium(model)
     a = -1.0 - 2 * m * 9.81 / k
-    np.testing.assert_allclose(found.sel(output="a_Y"), a, rtol=1e-8)
-    np.testing.assert_allclose(found.sel(output="b_Y"), a - 1.0 - m * 9.81 / 50.0, rtol=1e-8)
-    assert found.unit.sel(output="a_Y") == "m"
+    np.testing.assert_allclose(rest.sel(output="a_Y"), a, rtol=1e-8)
+    np.testing.assert_allclose(rest.sel(output="b_Y"), a - 1.0 - m * 9.81 / 50.0, rtol=1e-8)
+    assert rest.unit.sel(output="a_Y") == "m"
 
 
 def test_pendulum_comes_to_rest_below_its_pin_with_its_weight_in_the_pin():
-    found = fb.equilibrium(pendulum(-0.3))
-    np.testing.assert_allclose(found, [0.0, -1.0, 0.0, 9.81 * 0.9], atol=1e-6)
+    rest = fb.equilibrium(pendulum(-0.3))
+    np.testing.assert_allclose(rest, [0.0, -1.0, 0.0, 9.81 * 0.9], atol=1e-6)
 
 
 def test_a_mechanism_that_cannot_rest_is_refused():
@@ -53,7 +53,7 @@ def test_bad_requests_are_refused():
         fb.equilibrium(model, steps=0)
 
 
-def hung(spring, **parts):
+def mass_on_spring(spring, **parts):
     """A mass of 1 kg on a spring under gravity."""
     return fb.Mechanism(
         bodies={"m": fb.PointMass(mass=1.0, **parts)},
@@ -64,22 +64,26 @@ def hung(spring, **parts):
 
 def test_a_spring_that_starts_without_length_is_stretched():
     """It pulls in no direction, or pushes: the mass falls until the spring carries its weight."""
-    for pull, rest in ((5.0, 0.0), (0.0, 0.3), (9.0, 0.0)):
-        found = fb.equilibrium(hung(fb.Spring("m", (0.0, 0.0), 20.0, rest, pull=pull)))
-        exact = [0.0, -(9.81 - pull) / 20.0 - rest]
-        np.testing.assert_allclose(found[:2], exact, atol=1e-9)
-        assert found["stable"]
+    for pull, rest_length in ((5.0, 0.0), (0.0, 0.3), (9.0, 0.0)):
+        rest = fb.equilibrium(
+            mass_on_spring(fb.Spring("m", (0.0, 0.0), 20.0, rest_length, pull=pull))
+        )
+        exact = [0.0, -(9.81 - pull) / 20.0 - rest_length]
+        np.testing.assert_allclose(rest[:2], exact, atol=1e-9)
+        assert rest["stable"]
 
 
 def test_a_spring_holds_what_is_lighter_than_its_pull_where_it_is():
-    found = fb.equilibrium(hung(fb.Spring("m", (0.0, 0.0), 20.0, 0.0, pull=15.0)))
-    np.testing.assert_allclose(found[:2], 0.0, atol=1e-9)
-    assert found["stable"]
+    rest = fb.equilibrium(mass_on_spring(fb.Spring("m", (0.0, 0.0), 20.0, 0.0, pull=15.0)))
+    np.testing.assert_allclose(rest[:2], 0.0, atol=1e-9)
+    assert rest["stable"]
 
 
 def test_a_mass_falls_far_onto_a_soft_spring():
-    found = fb.equilibrium(hung(fb.Spring("m", (0.0, 0.0), 0.01, 1.0), position=(0.0, -1.0)))
-    np.testing.assert_allclose(found.sel(output="m_Y"), -982.0, rtol=1e-9)
+    rest = fb.equilibrium(
+        mass_on_spring(fb.Spring("m", (0.0, 0.0), 0.01, 1.0), position=(0.0, -1.0))
+    )
+    np.testing.assert_allclose(rest.sel(output="m_Y"), -982.0, rtol=1e-9)
 
 
 def taut(x, y):
@@ -97,9 +101,9 @@ def test_a_position_that_can_carry_no_load_is_named():
         fb.errors.AssemblyError, match="joint 'a' is in a position where constraints dep"
     ):
         fb.equilibrium(taut(0.0, -9.81))
-    found = fb.equilibrium(taut(2.0, 0.0))
-    np.testing.assert_allclose(found, [-1.0, 0.0, -1.0, 0.0], atol=1e-9)  # the least norm
-    assert found.attrs["not_unique"] == ["joint 'a'", "joint 'b'"]
+    rest = fb.equilibrium(taut(2.0, 0.0))
+    np.testing.assert_allclose(rest, [-1.0, 0.0, -1.0, 0.0], atol=1e-9)  # the least norm
+    assert rest.attrs["not_unique"] == ["joint 'a'", "joint 'b'"]
 
 
 @pytest.mark.parametrize("ratio", [1e-6, 1e-9, 1e-12])
@@ -112,7 +116,7 @@ def test_members_of_very_different_stiffness(ratio):
             elements=8, start=(x, 0.0),
         )  # fmt: skip
 
-    def bent(bodies, joints, force):
+    def rest_under(bodies, joints, force):
         return fb.equilibrium(
             fb.Mechanism(
                 bodies=bodies, joints=joints, loads={"P": fb.Force("b.end", y=-force)},
@@ -120,13 +124,13 @@ def test_members_of_very_different_stiffness(ratio):
             )
         )  # fmt: skip
 
-    alone = bent({"b": cable(1.0, 1.0)}, {"root": fb.Weld("b.start", (1.0, 0.0))}, 1.0)
-    np.testing.assert_allclose(alone[:2], [2.0 - 0.0564332, -0.3017208], rtol=1.5e-3)
+    clamped_rest = rest_under({"b": cable(1.0, 1.0)}, {"root": fb.Weld("b.start", (1.0, 0.0))}, 1.0)
+    np.testing.assert_allclose(clamped_rest[:2], [2.0 - 0.0564332, -0.3017208], rtol=1.5e-3)
     bodies = {"a": cable(1.0, 0.0), "b": cable(ratio, 1.0)}
     joints = {"clamp": fb.Weld("a.start", (0.0, 0.0)), "root": fb.Weld("b.start", "a.end")}
-    found = bent(bodies, joints, ratio)
-    np.testing.assert_allclose(found, alone * [1.0, 1.0, ratio], rtol=10 * ratio + 1e-7)
-    assert found["stable"]
+    rest = rest_under(bodies, joints, ratio)
+    np.testing.assert_allclose(rest, clamped_rest * [1.0, 1.0, ratio], rtol=10 * ratio + 1e-7)
+    assert rest["stable"]
 
 
 def test_huge_and_tiny_mechanisms_settle():
@@ -136,8 +140,8 @@ def test_huge_and_tiny_mechanisms_settle():
         loads={"s": fb.Spring("m", (0.0, 0.0), 100.0 * size**2, size), "gravity": fb.Gravity()},
         sensors={"m": fb.Position("m")},
     )
-    found = fb.equilibrium(model).sel(output="m_Y")
-    np.testing.assert_allclose(found, -size - size * 9.81 / 100.0, rtol=1e-9)
+    heights = fb.equilibrium(model).sel(output="m_Y")
+    np.testing.assert_allclose(heights, -size - size * 9.81 / 100.0, rtol=1e-9)
 
 
 def test_a_pendulum_upside_down_and_a_column_are_not_stable():
@@ -159,17 +163,17 @@ def test_a_pendulum_upside_down_and_a_column_are_not_stable():
         fb.errors.FlexbandWarning, match="equilibrium of 1 of 2 samples is not stable"
     ):
         np.testing.assert_array_equal(fb.equilibrium(column)["stable"], [True, False])
-    pushed = fb.Mechanism(
+    loaded_column = fb.Mechanism(
         bodies=column.bodies,
         joints=column.joints,
         loads={"P": fb.Force("c.end", x=-1.0152 * np.pi**2 / 4, y=1e-5)},
         sensors={"angle": fb.Angle("c.end")},
     )
-    buckled = fb.equilibrium(pushed)  # the elastica of P/P₁ = 1.0152 turns its end by 20°
-    np.testing.assert_allclose(buckled, np.radians(20.0), rtol=2e-2)
-    assert buckled["stable"]
-    free = fb.Mechanism(bodies={"c": cable})
-    assert fb.equilibrium(free)["stable"]
+    end_angle = fb.equilibrium(loaded_column)  # the elastica of P/P₁ = 1.0152 turns its end by 20°
+    np.testing.assert_allclose(end_angle, np.radians(20.0), rtol=2e-2)
+    assert end_angle["stable"]
+    mechanism = fb.Mechanism(bodies={"c": cable})
+    assert fb.equilibrium(mechanism)["stable"]
 
 
 def truss(load):
@@ -187,23 +191,23 @@ def truss(load):
 
 
 def test_a_truss_snaps_through_at_its_limit_load():
-    def held(y):
+    def restoring_force(y):
         return 200 * (np.hypot(1.0, 0.1) / np.hypot(1.0, y) - 1) * y
 
-    limit = -minimize_scalar(lambda y: -held(y), bounds=(0, 0.1), method="bounded").fun
-    below = np.array([0.3, 0.9, 0.999]) * limit
-    y = fb.equilibrium(truss(below)).sel(output="m_Y").values
-    np.testing.assert_allclose(held(y), below, rtol=1e-7)
+    limit = -minimize_scalar(lambda y: -restoring_force(y), bounds=(0, 0.1), method="bounded").fun
+    stable_loads = np.array([0.3, 0.9, 0.999]) * limit
+    y = fb.equilibrium(truss(stable_loads)).sel(output="m_Y").values
+    np.testing.assert_allclose(restoring_force(y), stable_loads, rtol=1e-7)
     assert (y > 0).all()
-    beyond = np.array([0.5, 1.003, 1.2, 3.0]) * limit
+    excess_loads = np.array([0.5, 1.003, 1.2, 3.0]) * limit
     with pytest.raises(
         fb.errors.AssemblyError, match=r"snaps through at .* of the loads; Pres"
-    ) as told:
-        fb.equilibrium(truss(beyond), steps=2)
-    assert sorted(told.value.failures) == [1, 2, 3]
-    for sample, (_, reason) in told.value.failures.items():
+    ) as error:
+        fb.equilibrium(truss(excess_loads), steps=2)
+    assert sorted(error.value.failures) == [1, 2, 3]
+    for sample, (_, reason) in error.value.failures.items():
         part = float(re.search(r"at ([\d.]+) of the loads", reason).group(1))
-        assert part == pytest.approx(limit / beyond[sample], abs=2e-3)
+        assert part == pytest.approx(limit / excess_loads[sample], abs=2e-3)
 
 
 STRIP = {
@@ -288,9 +292,9 @@ def test_equal_supports_carry_equal_parts():
         bodies=bars | {"p": plate}, joints=joints, loads={"gravity": fb.Gravity()},
         sensors={f"F{k}": fb.Reaction(f"t{k}") for k in range(3)},
     )  # fmt: skip
-    found = fb.equilibrium(model)
-    np.testing.assert_allclose(found, [0.0, -9.81] * 3, atol=1e-8)
-    assert found.attrs["not_unique"] == [f"joint {name!r}" for name in joints]
+    rest = fb.equilibrium(model)
+    np.testing.assert_allclose(rest, [0.0, -9.81] * 3, atol=1e-8)
+    assert rest.attrs["not_unique"] == [f"joint {name!r}" for name in joints]
 
 
 def test_a_stiffness_that_is_lost_in_rounding_errors_is_refused():
@@ -314,12 +318,12 @@ def test_a_stiffness_that_is_lost_in_rounding_errors_is_refused():
 def test_stiffness_at_a_rest_is_reduced_and_factored_once(monkeypatch):
     calls = []
 
-    def counted(matrix):
+    def count_call(matrix):
         calls.append(len(matrix))
-        return factored(matrix)
+        return factorize(matrix)
 
-    factored = balance._factor
-    monkeypatch.setattr(balance, "_factor", counted)
+    factorize = balance._factor
+    monkeypatch.setattr(balance, "_factor", count_call)
     rubber = {"height": 0.01, "width": 0.01, "density": 1e3, "youngs_modulus": 1e9}
     rubber["poissons_ratio"] = 0.3
     frame = fb.Mechanism(

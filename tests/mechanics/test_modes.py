@@ -17,15 +17,15 @@ def test_cantilever_frequencies_are_euler_bernoullis():
         joints={"clamp": fb.Weld("b.start", (0.0, 0.0))},
         sensors={"tip": fb.Position("b.end"), "middle": fb.Position("b.middle")},
     )
-    found = fb.modes(model, 3, about="start")
+    modes = fb.modes(model, 3, about="start")
     beta = [
         brentq(lambda b: np.cos(b) * np.cosh(b) + 1, *r) for r in ((1.5, 2.5), (4, 5.5), (7, 8.5))
     ]
     for k, b in enumerate(beta):
         exact = b**2 / (2 * np.pi) * np.sqrt(70e9 * 0.02**2 / 12 / 2700) / length**2
         loss = 0.5 * b**2 * 0.02**2 / 12 / length**2 * (1 + 3.12)  # Timoshenko, about
-        np.testing.assert_allclose(found["frequency"][:, k], exact * (1 - loss), rtol=2.5e-3)
-    shape = found["shape"].sel(mode=0)
+        np.testing.assert_allclose(modes["frequency"][:, k], exact * (1 - loss), rtol=2.5e-3)
+    shape = modes["shape"].sel(mode=0)
     ratio = float(shape.sel(output="middle_Y")[0] / shape.sel(output="tip_Y")[0])
     assert ratio == pytest.approx(0.33952, rel=2e-3)  # of the exact first mode
     modal_mass = 2700 * 0.02**2 * 1.0 / 4  # of a cantilever whose tip moves by one
@@ -42,11 +42,11 @@ def test_pendulum_and_inverted_pendulum():
         )
 
     exact = np.sqrt(9.81) / (2 * np.pi)
-    down = fb.modes(model(-np.pi / 2), 5)
-    np.testing.assert_allclose(down["frequency"], [exact], rtol=1e-9)
-    np.testing.assert_allclose(np.abs(down["shape"][0]), [2.0**-0.5, 0.0], atol=1e-9)
-    up = fb.modes(model(np.pi / 2), 5, about="start")
-    np.testing.assert_allclose(up["frequency"], [-exact], rtol=1e-9)
+    hanging_modes = fb.modes(model(-np.pi / 2), 5)
+    np.testing.assert_allclose(hanging_modes["frequency"], [exact], rtol=1e-9)
+    np.testing.assert_allclose(np.abs(hanging_modes["shape"][0]), [2.0**-0.5, 0.0], atol=1e-9)
+    upright_modes = fb.modes(model(np.pi / 2), 5, about="start")
+    np.testing.assert_allclose(upright_modes["frequency"], [-exact], rtol=1e-9)
 
 
 def test_free_beam_has_three_free_motions():
@@ -67,11 +67,11 @@ def test_bad_requests_are_refused():
         fb.errors.InputError, match="about must be 'start', 'equilibrium' or 'sliding'; got 'rest'"
     ):
         fb.modes(model, 1, about="rest")  # type: ignore[arg-type]
-    held = fb.Mechanism(
+    mechanism = fb.Mechanism(
         bodies={"b": fb.RigidBody(mass=1.0, inertia=1.0)}, joints={"w": fb.Weld("b", (0.0, 0.0))}
     )
     with pytest.raises(fb.errors.InputError, match="no degree of freedom"):
-        fb.modes(held, 1)
+        fb.modes(mechanism, 1)
 
 
 def oscillator(**loads):
@@ -92,15 +92,15 @@ def test_a_damped_oscillator(damping):
     roots = np.roots([2.0, damping, 100.0])
     exact = sorted(roots[roots.imag >= 0], key=abs)
     for loads in ({"s": damper}, {"s": spring, "f": friction}):
-        found = fb.modes(oscillator(**loads), 3)
-        np.testing.assert_allclose(found["eigenvalue"], exact, rtol=1e-8)
-        np.testing.assert_allclose(found["frequency"], np.abs(exact) / (2 * np.pi), rtol=1e-8)
+        modes = fb.modes(oscillator(**loads), 3)
+        np.testing.assert_allclose(modes["eigenvalue"], exact, rtol=1e-8)
+        np.testing.assert_allclose(modes["frequency"], np.abs(exact) / (2 * np.pi), rtol=1e-8)
         np.testing.assert_allclose(
-            found["damping_ratio"], -np.real(exact) / np.abs(exact), rtol=1e-8
+            modes["damping_ratio"], -np.real(exact) / np.abs(exact), rtol=1e-8
         )
-        assert not found["unstable"].any()
-    free = fb.modes(oscillator(f=friction), 3)
-    np.testing.assert_allclose(free["eigenvalue"], [0.0, -damping / 2.0], rtol=1e-8)
+        assert not modes["unstable"].any()
+    free_modes = fb.modes(oscillator(f=friction), 3)
+    np.testing.assert_allclose(free_modes["eigenvalue"], [0.0, -damping / 2.0], rtol=1e-8)
 
 
 def test_material_damping_is_half_the_retardation_times_the_frequency():
@@ -109,9 +109,9 @@ def test_material_damping_is_half_the_retardation_times_the_frequency():
         retardation_time=2e-3,
     )  # fmt: skip
     model = fb.Mechanism(bodies={"c": cable}, joints={"clamp": fb.Weld("c.start", (0.0, 0.0))})
-    found = fb.modes(model, 3)
+    modes = fb.modes(model, 3)
     np.testing.assert_allclose(
-        found["damping_ratio"], 1e-3 * 2 * np.pi * found["frequency"], rtol=1e-6
+        modes["damping_ratio"], 1e-3 * 2 * np.pi * modes["frequency"], rtol=1e-6
     )
 
 
@@ -128,12 +128,12 @@ def column(load, **stiffness):
 
 def test_becks_column_flutters():
     """A load without potential: two modes meet at 20.051 EI/L² and one of them grows from there."""
-    found = fb.modes(column(np.array([3.0, 10.0, 20.0, 20.1])), 2)
+    modes = fb.modes(column(np.array([3.0, 10.0, 20.0, 20.1])), 2)
     exact = [[3.913096, 21.09872], [5.175762, 18.58679]]
-    np.testing.assert_allclose(2 * np.pi * found["frequency"][:2], exact, rtol=5e-5)
-    np.testing.assert_array_equal(found["unstable"], [[False] * 2] * 3 + [[False, True]])
-    np.testing.assert_array_equal(found["damping_ratio"][:3], 0.0)
-    assert float(found["damping_ratio"][3, 0]) == -float(found["damping_ratio"][3, 1]) > 0.03
+    np.testing.assert_allclose(2 * np.pi * modes["frequency"][:2], exact, rtol=5e-5)
+    np.testing.assert_array_equal(modes["unstable"], [[False] * 2] * 3 + [[False, True]])
+    np.testing.assert_array_equal(modes["damping_ratio"][:3], 0.0)
+    assert float(modes["damping_ratio"][3, 0]) == -float(modes["damping_ratio"][3, 1]) > 0.03
     with pytest.warns(fb.errors.FlexbandWarning, match="of 1 of 2 samples is not stable"):
         at_rest = fb.equilibrium(column(np.array([20.0, 20.1])))
     np.testing.assert_array_equal(at_rest["stable"], [True, False])
@@ -152,10 +152,10 @@ def test_a_force_law_across_the_displacement():
         loads={"l": fb.ForceLaw(["m"], push, [3.0]), "s": fb.Spring("m", (0, 0), 100.0, 0.0)},
         sensors={"m": fb.Position("m")},
     )
-    found = fb.modes(model, 4)
-    np.testing.assert_allclose(found["eigenvalue"][1], np.sqrt(-100 + 3j), rtol=1e-8)
-    np.testing.assert_array_equal(found["unstable"], [False, True])
-    shape = found["shape"][1]
+    modes = fb.modes(model, 4)
+    np.testing.assert_allclose(modes["eigenvalue"][1], np.sqrt(-100 + 3j), rtol=1e-8)
+    np.testing.assert_array_equal(modes["unstable"], [False, True])
+    shape = modes["shape"][1]
     np.testing.assert_allclose(np.abs(shape[0] / shape[1]), 1.0, rtol=1e-6)  # a circle
     with pytest.warns(fb.errors.FlexbandWarning, match="of 1 of 1 sample is not stable"):
         assert not fb.equilibrium(model)["stable"]
@@ -180,12 +180,12 @@ def turntable(rate, stiffness, rest, *loads, drive=True):
 
 def test_a_mass_on_a_turning_table():
     """Foucault: ω ± Ω; with two stiffnesses it is unstable where Ω² is between k and k₂."""
-    found = fb.modes(turntable(3.0, (40.0, 90.0), 0.0), 9, about=fb.SteadyRotation(3.0))
+    modes = fb.modes(turntable(3.0, (40.0, 90.0), 0.0), 9, about=fb.SteadyRotation(3.0))
     omega = np.sqrt(40.0 + 90.0)
-    np.testing.assert_allclose(2 * np.pi * found["frequency"], [omega - 3, omega + 3], rtol=1e-9)
-    np.testing.assert_array_equal(found["damping_ratio"], 0.0)
+    np.testing.assert_allclose(2 * np.pi * modes["frequency"], [omega - 3, omega + 3], rtol=1e-9)
+    np.testing.assert_array_equal(modes["damping_ratio"], 0.0)
     for rate in (3.0, 7.0, 12.0):
-        found = fb.modes(turntable(rate, (40.0, 90.0), 1.0), 9, about=fb.SteadyRotation(rate))
+        modes = fb.modes(turntable(rate, (40.0, 90.0), 1.0), 9, about=fb.SteadyRotation(rate))
         matrix = np.zeros((4, 4))
         matrix[:2, 2:] = np.eye(2)
         matrix[2:, :2] = np.diag([rate**2 - 40.0, rate**2 - 90.0])
@@ -193,9 +193,9 @@ def test_a_mass_on_a_turning_table():
         matrix[3, 2] = -2 * rate
         exact = np.linalg.eigvals(matrix)
         exact = exact[exact.imag > -1e-9]
-        error = np.abs(found["eigenvalue"].values[:, None] - exact)
+        error = np.abs(modes["eigenvalue"].values[:, None] - exact)
         assert error.min(axis=0).max() < 1e-8
-        assert found["unstable"].any() == (rate == 7.0)
+        assert modes["unstable"].any() == (rate == 7.0)
 
 
 def test_friction_against_the_ground_drives_a_rotor():
@@ -203,10 +203,10 @@ def test_friction_against_the_ground_drives_a_rotor():
     rate = 5.0
     d = 0.5
     model = turntable(rate, (60.0, 40.0), 0.0, fb.ViscousFriction("m", (0.0, 0.0), d))
-    found = fb.modes(model, 4, about=fb.SteadyRotation(rate))["eigenvalue"].values
+    eigenvalues = fb.modes(model, 4, about=fb.SteadyRotation(rate))["eigenvalue"].values
     exact = np.roots([1.0, 2j * rate + d, 100.0 - rate**2 + 1j * d * rate])
     exact = exact.real + 1j * np.abs(exact.imag)
-    np.testing.assert_allclose(found, sorted(exact, key=abs), rtol=1e-8)
+    np.testing.assert_allclose(eigenvalues, sorted(exact, key=abs), rtol=1e-8)
 
 
 def blade(rate, hub=0.0, **loads):
@@ -230,8 +230,8 @@ def blade(rate, hub=0.0, **loads):
 def test_a_rotating_cantilever():
     """Wright et al. (1982): η out of the plane is √(ω² + Ω²) of ω in the plane of rotation."""
     rate = np.array([2.0, 4.0, 12.0])
-    found = fb.modes(blade(rate), 1, about=fb.SteadyRotation(rate))["frequency"][:, 0]
-    out_of_plane = np.hypot(2 * np.pi * found, rate)
+    frequencies = fb.modes(blade(rate), 1, about=fb.SteadyRotation(rate))["frequency"][:, 0]
+    out_of_plane = np.hypot(2 * np.pi * frequencies, rate)
     np.testing.assert_allclose(out_of_plane, [4.1373, 5.5850, 13.1702], rtol=1e-4)
 
 
@@ -249,16 +249,16 @@ def test_a_hinged_blade_and_a_mass_on_a_spring():
             "hinge": fb.Revolute("b.start", "hub.e"),
         },
     )
-    found = fb.modes(model, 2, about=fb.SteadyRotation(rate))["frequency"][:, 0]
-    np.testing.assert_allclose(2 * np.pi * found, rate * np.sqrt(0.75), rtol=1e-7)
+    frequencies = fb.modes(model, 2, about=fb.SteadyRotation(rate))["frequency"][:, 0]
+    np.testing.assert_allclose(2 * np.pi * frequencies, rate * np.sqrt(0.75), rtol=1e-7)
     orbit = fb.Mechanism(
         bodies={"m": fb.PointMass(mass=1.0, position=(1.0, 0.0))},
         loads={"s": fb.Spring("m", (0.0, 0.0), 100.0, 1.0)},
     )
     rate = np.array([0.0, 2.0, 9.0])
-    found = fb.modes(orbit, 2, about=fb.SteadyRotation(rate))["eigenvalue"]
-    np.testing.assert_allclose(found[:, 1], 1j * np.sqrt(100 + 3 * rate**2), rtol=1e-8)
-    np.testing.assert_array_equal(found[:, 0], 0.0)
+    eigenvalues = fb.modes(orbit, 2, about=fb.SteadyRotation(rate))["eigenvalue"]
+    np.testing.assert_allclose(eigenvalues[:, 1], 1j * np.sqrt(100 + 3 * rate**2), rtol=1e-8)
+    np.testing.assert_array_equal(eigenvalues[:, 0], 0.0)
 
 
 def test_a_spinning_free_cable_is_stable():
@@ -267,9 +267,9 @@ def test_a_spinning_free_cable_is_stable():
         length=1.0, mass_per_length=1.0, axial_stiffness=1e6, bending_stiffness=1.0, elements=8,
         start=(-0.5, 0.0),
     )  # fmt: skip
-    found = fb.modes(fb.Mechanism(bodies={"c": cable}), 4, about=fb.SteadyRotation(5.0))
-    np.testing.assert_allclose(2 * np.pi * found["frequency"][:3], [0.0, 5.0, 5.0], rtol=1e-4)
-    assert not found["unstable"].any()
+    modes = fb.modes(fb.Mechanism(bodies={"c": cable}), 4, about=fb.SteadyRotation(5.0))
+    np.testing.assert_allclose(2 * np.pi * modes["frequency"][:3], [0.0, 5.0, 5.0], rtol=1e-4)
+    assert not modes["unstable"].any()
 
 
 def test_a_rotation_that_is_not_steady_is_refused():
@@ -290,8 +290,8 @@ def test_a_mechanism_that_moves_at_the_start_is_not_taken_for_one_at_rest():
     with pytest.raises(fb.errors.InputError, match="must not be 'start' if the mechanism moves"):
         fb.modes(blade(2.0), 1, about="start")
     with pytest.warns(fb.errors.FlexbandWarning, match=r"about=SteadyRotation\(rate\)"):
-        found = fb.modes(blade(2.0), 1)["frequency"]
-    np.testing.assert_allclose(2 * np.pi * found, 1.875104**2, rtol=1e-4)
+        frequencies = fb.modes(blade(2.0), 1)["frequency"]
+    np.testing.assert_allclose(2 * np.pi * frequencies, 1.875104**2, rtol=1e-4)
 
 
 def test_soft_and_stiff_parts_have_the_frequencies_they_have_alone():
@@ -310,9 +310,9 @@ def test_soft_and_stiff_parts_have_the_frequencies_they_have_alone():
         sensors={"b": fb.Position("b")},
     )
     np.testing.assert_allclose(fb.equilibrium(model).sel(output="b_X"), 3.0, rtol=1e-8)
-    found = 2 * np.pi * fb.modes(model, 2)["frequency"]
-    np.testing.assert_allclose(found[:, 0], np.sqrt(soft / 1e-3), rtol=1e-8)
-    np.testing.assert_allclose(found[:, 1], np.sqrt(1e9), rtol=1e-8)
+    frequencies = 2 * np.pi * fb.modes(model, 2)["frequency"]
+    np.testing.assert_allclose(frequencies[:, 0], np.sqrt(soft / 1e-3), rtol=1e-8)
+    np.testing.assert_allclose(frequencies[:, 1], np.sqrt(1e9), rtol=1e-8)
 
 
 def test_loads_that_the_start_does_not_balance_are_named():
@@ -328,13 +328,13 @@ def test_a_slow_member_keeps_its_free_motion_and_its_frequencies(mass_per_length
         length=100.0, mass_per_length=mass_per_length, axial_stiffness=1e-2,
         bending_stiffness=1.0, elements=12,
     )  # fmt: skip
-    free = fb.Mechanism(bodies={"b": cable}, sensors={"p": fb.Position("b.end")})
-    found = fb.modes(free, 40, about="start")
-    assert not found["unstable"].any()
-    assert np.count_nonzero(found["frequency"] == 0) == 3
+    mechanism = fb.Mechanism(bodies={"b": cable}, sensors={"p": fb.Position("b.end")})
+    modes = fb.modes(mechanism, 40, about="start")
+    assert not modes["unstable"].any()
+    assert np.count_nonzero(modes["frequency"] == 0) == 3
     axial = np.pi * np.sqrt(1e-2 / mass_per_length) / 100.0
     bending = np.array([4.730041, 7.853205]) ** 2 / 100.0**2 / np.sqrt(mass_per_length)
-    omega = np.abs(found["eigenvalue"].values)
+    omega = np.abs(modes["eigenvalue"].values)
     for exact in (axial, *bending):
         assert np.abs(omega / exact - 1).min() < 2e-3
 
@@ -344,8 +344,8 @@ def test_stiff_motions_that_are_not_resolved_do_not_count_as_growing():
         length=0.0112, mass_per_length=6.9e-3, axial_stiffness=2e15, bending_stiffness=1.7e4,
         elements=4, retardation_time=1e-4,
     )  # fmt: skip
-    free = fb.Mechanism(bodies={"b": cable}, sensors={"p": fb.Position("b.end")})
-    assert not fb.modes(free, 6, about="start")["unstable"].any()
+    mechanism = fb.Mechanism(bodies={"b": cable}, sensors={"p": fb.Position("b.end")})
+    assert not fb.modes(mechanism, 6, about="start")["unstable"].any()
 
 
 def test_small_inertias_are_not_lost_next_to_large_ones():

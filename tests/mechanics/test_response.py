@@ -15,7 +15,7 @@ def test_a_builder_must_return_a_mechanism():
 
 
 def test_assembly_errors_give_the_inputs():
-    def locked(link_length):
+    def short_link(link_length):
         crank = fb.RigidBody.bar(length=0.2, height=0.01, width=0.01, density=1.0)
         link = fb.RigidBody.bar(
             length=link_length, height=0.01, width=0.01, density=1.0, start=(0.2, 0), angle=1.0
@@ -28,10 +28,10 @@ def test_assembly_errors_give_the_inputs():
         sensors = {"angle": fb.Angle("link")}
         return fb.Mechanism(bodies={"crank": crank, "link": link}, joints=joints, sensors=sensors)
 
-    response = fb.dynamic_response(locked, duration=0.01, step=1e-3)
-    with pytest.raises(fb.errors.AssemblyError, match=r"sample 1: link_length = 0.1") as caught:
+    response = fb.dynamic_response(short_link, duration=0.01, step=1e-3)
+    with pytest.raises(fb.errors.AssemblyError, match=r"sample 1: link_length = 0.1") as error:
         response(link_length=np.array([0.3, 0.1]))
-    assert list(caught.value.failures) == [1]
+    assert list(error.value.failures) == [1]
 
 
 def test_a_diverging_run_is_reported_with_inputs_and_time():
@@ -40,13 +40,13 @@ def test_a_diverging_run_is_reported_with_inputs_and_time():
 
     response = fb.dynamic_response(locking, duration=0.3, step=1e-3)
     lengths = np.array([0.2, 0.2, 0.2])
-    with pytest.raises(fb.errors.SimulationError) as caught:
+    with pytest.raises(fb.errors.SimulationError) as error:
         response(crank_length=lengths, link_length=np.array([0.45, 0.15, 0.45]))
-    assert list(caught.value.failures) == [1]
-    time = caught.value.failures[1][0]
+    assert list(error.value.failures) == [1]
+    time = error.value.failures[1][0]
     assert time == pytest.approx(np.arcsin(0.75) / (4 * np.pi), abs=2e-3)  # where it locks
-    assert "1 of 3 runs failed" in str(caught.value)
-    assert "link_length = 0.15" in str(caught.value)
+    assert "1 of 3 runs failed" in str(error.value)
+    assert "link_length = 0.15" in str(error.value)
 
 
 SPRING_STEEL = {"height": 2e-3, "width": 0.02, "density": 7800.0, "poissons_ratio": 0.3}
@@ -79,33 +79,38 @@ def test_a_refined_response_has_half_the_step_and_twice_the_elements():
 
     def fine(modulus):
         model = leaf(24, modulus)
-        moved = {"w": model.loads["w"], "k": model.loads["k"], "P": fb.Force("leaf.node 8", y=-5.0)}
+        loads = {"w": model.loads["w"], "k": model.loads["k"], "P": fb.Force("leaf.node 8", y=-5.0)}
         sensors = {f"{k}": fb.Position(f"leaf.node {4 * k}") for k in range(4)}
-        own = {"N": fb.SectionForces("leaf", "node 4"), "d": fb.Deflection("leaf", "node 8")}
+        section_sensors = {
+            "N": fb.SectionForces("leaf", "node 4"),
+            "d": fb.Deflection("leaf", "node 8"),
+        }
         return fb.Mechanism(
-            bodies=model.bodies, joints=model.joints, loads={**model.loads, **moved},
-            sensors={**model.sensors, **sensors, **own},
+            bodies=model.bodies, joints=model.joints, loads={**model.loads, **loads},
+            sensors={**model.sensors, **sensors, **section_sensors},
         )  # fmt: skip
 
     def modulus(x):
         return np.array([[2.1e11], [1.9e11]]) * (1.0 - x)
 
     coarse = fb.dynamic_response(lambda modulus: leaf(6, modulus), **QUICK)
-    refined = coarse.refined().refined()
-    found = refined(modulus=modulus)
-    given = fb.dynamic_response(fine, duration=4e-3, step=5e-5)(modulus=modulus)[..., ::4]
-    np.testing.assert_array_equal(found, given)
-    assert found.coords.equals(coarse(modulus=modulus).coords)
-    assert list(refined.__signature__.parameters) == ["modulus"]
+    refined_response = coarse.refined().refined()
+    motion = refined_response(modulus=modulus)
+    reference = fb.dynamic_response(fine, duration=4e-3, step=5e-5)(modulus=modulus)[..., ::4]
+    np.testing.assert_array_equal(motion, reference)
+    assert motion.coords.equals(coarse(modulus=modulus).coords)
+    assert list(refined_response.__signature__.parameters) == ["modulus"]
 
 
 def test_outputs_may_be_farther_apart_than_steps():
     modulus = np.array([2.1e11, 1.9e11])
-    every = fb.dynamic_response(lambda modulus: leaf(6, modulus), duration=4e-3, step=5e-5)
-    some = fb.dynamic_response(
+    all_outputs = fb.dynamic_response(lambda modulus: leaf(6, modulus), duration=4e-3, step=5e-5)
+    sparse_outputs = fb.dynamic_response(
         lambda modulus: leaf(6, modulus), duration=4e-3, step=5e-5, output_step=2e-4
     )
-    np.testing.assert_array_equal(some(modulus=modulus), every(modulus=modulus)[..., ::4])
+    np.testing.assert_array_equal(
+        sparse_outputs(modulus=modulus), all_outputs(modulus=modulus)[..., ::4]
+    )
     with pytest.raises(
         fb.errors.InputError, match=r"output_step .s. must be a whole multiple of step; got 0\.0001"
     ):
@@ -126,8 +131,11 @@ def test_what_is_left_out_of_the_discretization_is_told():
     open_ = fb.dynamic_response(lambda modulus: leaf(None, modulus), duration=5e-3)
     values = {"modulus": np.array([2e11])}
     assert open_.description(**values).left_out == ["step", "elements"]
-    finer = open_.refinements(**values)["elements"].refinements(**values)["step"]
-    assert finer.description(**values).discretization == {"step": 5e-6, "elements of leaf": 8}
+    refined_response = open_.refinements(**values)["elements"].refinements(**values)["step"]
+    assert refined_response.description(**values).discretization == {
+        "step": 5e-6,
+        "elements of leaf": 8,
+    }
     with (
         pytest.warns(fb.errors.ResolutionWarning, match="step is left out: 1e-05 s is used"),
         pytest.warns(
@@ -135,9 +143,9 @@ def test_what_is_left_out_of_the_discretization_is_told():
         ),
     ):
         coarse = open_(**values)
-    given = fb.dynamic_response(lambda modulus: leaf(4, modulus), duration=5e-3, step=1e-5)
-    assert given.description(**values).left_out == []
-    np.testing.assert_array_equal(coarse, given(**values))
+    complete = fb.dynamic_response(lambda modulus: leaf(4, modulus), duration=5e-3, step=1e-5)
+    assert complete.description(**values).left_out == []
+    np.testing.assert_array_equal(coarse, complete(**values))
     rigid = fb.dynamic_response(rigid_slider_crank, duration=0.3, step=1e-3)
     assert list(rigid.refinements(crank_length=0.1, link_length=0.3)) == ["step"]
 
@@ -158,13 +166,15 @@ def test_runs_that_diverge_are_not_completed_where_the_step_is_left_out():
 
 def test_points_of_a_refined_mechanism_stay_where_they_are():
     model = leaf(6, 2e11)
-    finer = model.refined(3)
-    assert finer.bodies["leaf"].elements == 18
-    coarse, fine = (fb.simulate(m, duration=1e-9, step=1e-9)[:12, 0] for m in (model, finer))
+    refined_model = model.refined(3)
+    assert refined_model.bodies["leaf"].elements == 18
+    coarse, fine = (
+        fb.simulate(m, duration=1e-9, step=1e-9)[:12, 0] for m in (model, refined_model)
+    )
     np.testing.assert_allclose(fine, coarse, atol=2e-6)  # of Hermite cubics that follow a curve
     np.testing.assert_allclose(fine[:8], coarse[:8], atol=1e-12)  # nodes
     with pytest.raises(fb.errors.InputError, match="'node 0' to 'node 6'"):
-        finer.model.frame("leaf.node 7")
+        refined_model.model.frame("leaf.node 7")
     with pytest.raises(
         fb.errors.InputError, match="body 'leaf': Beam elements must be 100000 or less"
     ):
@@ -176,7 +186,7 @@ def test_points_of_a_refined_mechanism_stay_where_they_are():
 
 
 def test_a_refined_response_warns_of_nothing_new_and_names_its_failures():
-    def spinning(rate):
+    def spinning_wheel(rate):
         wheel = fb.RigidBody(mass=1.0, inertia=0.5, rate=rate)
         return fb.Mechanism(
             bodies={"wheel": wheel},
@@ -184,7 +194,7 @@ def test_a_refined_response_warns_of_nothing_new_and_names_its_failures():
             sensors={"angle": fb.Angle("wheel")},
         )
 
-    response = fb.dynamic_response(spinning, duration=0.02, step=1e-3)
+    response = fb.dynamic_response(spinning_wheel, duration=0.02, step=1e-3)
     with pytest.warns(fb.errors.FlexbandWarning, match="rad per step"):
         coarse = response(rate=np.array([900.0]))
     fine = response.refined()(rate=np.array([900.0]))
@@ -204,8 +214,8 @@ def test_a_refined_response_warns_of_nothing_new_and_names_its_failures():
     [(0.415, 1e-3), (0.7, 0.7 / 3), (1 / 3, 1e-3 / 3), (300000.26e-7, 1e-7), (1, 1)],
 )
 def test_substeps_have_the_times_of_whole_steps(duration, step):
-    whole = TimeGrid(duration, step, 1).times()
-    np.testing.assert_array_equal(TimeGrid(duration, step, 2).times()[::2], whole)
+    times = TimeGrid(duration, step, 1).times()
+    np.testing.assert_array_equal(TimeGrid(duration, step, 2).times()[::2], times)
 
 
 @pytest.mark.parametrize("substeps", [0, 2.0, True, 10**400])
@@ -272,9 +282,9 @@ def test_sensors_over_windows_and_instants_are_finite_at_all_times():
     response = fb.dynamic_response(carriage, duration=0.1, step=0.01)
     motion = response(velocity=np.array([0.5, 2.0]))
     names = "far_X", "stop_t1", "stop_t2"
-    far, first, second = (motion.sel(output=name).values for name in names)
-    assert far[:, :5] == pytest.approx(np.outer([0.5, 2.0], np.full(5, 0.04)))
-    assert far[0, -1] == pytest.approx(0.05)
+    largest, first, second = (motion.sel(output=name).values for name in names)
+    assert largest[:, :5] == pytest.approx(np.outer([0.5, 2.0], np.full(5, 0.04)))
+    assert largest[0, -1] == pytest.approx(0.05)
     assert first == pytest.approx(np.outer([0.1, 0.05], np.ones(11)), rel=1e-6)
     assert (second == 0.1).all()
     bands = fb.propagate(response, {"velocity": fb.Interval(1.5, 2.5)}, fb.PCCI(0, 8))
@@ -282,12 +292,12 @@ def test_sensors_over_windows_and_instants_are_finite_at_all_times():
     assert instant == pytest.approx([0.04, 0.1 / 1.5], rel=1e-3)
 
 
-def rubbed(mu):
+def rubbing_block(mu):
     """A block on a spring that slides, and rubs more the slower it is."""
-    felt = fb.contact.Coulomb(kinetic=mu, static=2 * mu, stribeck_speed=0.3)
+    law = fb.contact.Coulomb(kinetic=mu, static=2 * mu, stribeck_speed=0.3)
     return fb.Mechanism(
         bodies={"b": fb.PointMass(mass=1.0, velocity=(1.0, 0.0))},
-        joints={"s": fb.Slot("b", (0.0, 0.0), friction=felt)},
+        joints={"s": fb.Slot("b", (0.0, 0.0), friction=law)},
         loads={"g": fb.Gravity(), "k": fb.Spring("b", (-1.0, 0.0), 60.0, 1.0)},
         sensors={"x": fb.Position("b")},
     )
@@ -298,13 +308,15 @@ def test_a_refined_response_has_a_finer_tolerance_where_samples_choose_their_ste
 
     def bands(tolerance, method):
         integrator = fb.GeneralizedAlpha(step_tolerance=tolerance)
-        response = fb.dynamic_response(rubbed, duration=0.8, step=0.05, integrator=integrator)
+        response = fb.dynamic_response(
+            rubbing_block, duration=0.8, step=0.05, integrator=integrator
+        )
         return fb.propagate(response, {"mu": fb.Interval(0.05, 0.07)}, method)
 
     exact = bands(1e-10, fb.PCCI(random_order=0, interval_order=8))["mean"].values
     width = np.abs(exact[1] - exact[0]).max()
     for tolerance in (1e-4, 1e-5, 1e-6):
-        rough = bands(tolerance, fb.AdaptivePCCI(0.01))
-        error = np.abs(rough["mean"].values - exact).max() / width
-        assert rough.attrs["expected_error"] > error / 5
-        assert rough.attrs["expected_error"] < 10 * max(error, 1e-3)
+        result = bands(tolerance, fb.AdaptivePCCI(0.01))
+        error = np.abs(result["mean"].values - exact).max() / width
+        assert result.attrs["expected_error"] > error / 5
+        assert result.attrs["expected_error"] < 10 * max(error, 1e-3)

@@ -62,7 +62,7 @@ ROUGH_PIN = {"r": fb.Revolute("a", (0.0, 0.0), radius=0.01, friction=0.2)}
 
 
 @pytest.mark.parametrize(
-    ("model", "rates", "stuck"),
+    ("model", "rates", "sticking_parts"),
     [
         (shafts(0.0), [0.0, 0.0, 50.0], []),
         (shafts(9.0), [0.0, np.sqrt(1000 * (1 / 3 + 1 / 0.5))], ["clutch"]),
@@ -74,10 +74,10 @@ ROUGH_PIN = {"r": fb.Revolute("a", (0.0, 0.0), radius=0.01, friction=0.2)}
         (gears(0.0), [np.sqrt(50 / 1.5)], []),
     ],
 )
-def test_friction_that_can_hold_nothing_is_free_in_modes(model, rates, stuck):
-    found = fb.modes(model, 4)
-    np.testing.assert_allclose(2 * np.pi * found["frequency"], rates, rtol=1e-9, atol=1e-12)
-    assert found.attrs["stuck"] == stuck
+def test_friction_that_can_hold_nothing_is_free_in_modes(model, rates, sticking_parts):
+    modes = fb.modes(model, 4)
+    np.testing.assert_allclose(2 * np.pi * modes["frequency"], rates, rtol=1e-9, atol=1e-12)
+    assert modes.attrs["stuck"] == sticking_parts
 
 
 def test_friction_that_holds_all_is_named():
@@ -100,10 +100,10 @@ def test_a_wheel_on_a_floor_rests_and_rolls(height, friction):
     with pytest.warns(fb.errors.FlexbandWarning, match="is left out of the equil"):
         x, y = fb.equilibrium(wheel).values
     assert (x, y) == pytest.approx((0.0, 0.1 - 9.81e-6), abs=1e-9)
-    found = fb.modes(wheel, 4)
+    modes = fb.modes(wheel, 4)
     zero = 1 if friction else 2
-    np.testing.assert_array_equal(found["frequency"][:zero], 0.0)
-    assert 2 * np.pi * found["frequency"].values[zero:] == pytest.approx([1000.0], rel=1e-3)
+    np.testing.assert_array_equal(modes["frequency"][:zero], 0.0)
+    assert 2 * np.pi * modes["frequency"].values[zero:] == pytest.approx([1000.0], rel=1e-3)
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.5])
@@ -115,22 +115,22 @@ def test_modes_of_free_bodies(damping):
         },
         loads={"s": fb.Spring("a", "b", 100.0, 1.0, damping=damping)},
     )
-    found = fb.modes(pair, 6)
+    modes = fb.modes(pair, 6)
     exact = np.sqrt(100 / (2 / 3))
-    np.testing.assert_allclose(2 * np.pi * found["frequency"], [0, 0, 0, exact], rtol=1e-9)
+    np.testing.assert_allclose(2 * np.pi * modes["frequency"], [0, 0, 0, exact], rtol=1e-9)
     ratio = damping / (2 * (2 / 3) * exact)
-    np.testing.assert_allclose(found["damping_ratio"].values[3], ratio, rtol=1e-6, atol=1e-12)
-    slowed = fb.Mechanism(
+    np.testing.assert_allclose(modes["damping_ratio"].values[3], ratio, rtol=1e-6, atol=1e-12)
+    mechanism = fb.Mechanism(
         bodies={"a": fb.RigidBody(mass=2.0, inertia=1.0)},
         loads={"v": fb.ViscousFriction("a", (0.0, 0.0), 3.0)},
     )
-    s = fb.modes(slowed, 6)["eigenvalue"].values
+    s = fb.modes(mechanism, 6)["eigenvalue"].values
     np.testing.assert_allclose(np.sort(s), [-1.5, -1.5, 0, 0, 0], atol=1e-9)
 
 
-def released(held, speed=0.0):
+def mass_on_rope(with_hand, speed=0.0):
     loads = {"g": fb.Gravity(), "rope": fb.Spring("m", (0.0, 10.0), 100.0, 4.0)}
-    if held:
+    if with_hand:
         loads["hand"] = fb.Force("m", 0.0, -300.0)
     return fb.Mechanism(
         bodies={"m": fb.PointMass(mass=10.0, velocity=(0.0, speed))},
@@ -142,8 +142,10 @@ def released(held, speed=0.0):
 
 @pytest.mark.parametrize("speed", [0.0, 2.0])
 def test_what_is_held_is_released_with_a_speed(speed):
-    rest = fb.equilibrium(released(held=True), keep_state=True)
-    motion = fb.simulate(released(held=False, speed=speed), duration=1.0, step=1e-3, start=rest)
+    rest = fb.equilibrium(mass_on_rope(with_hand=True), keep_state=True)
+    motion = fb.simulate(
+        mass_on_rope(with_hand=False, speed=speed), duration=1.0, step=1e-3, start=rest
+    )
     level = 6.0 - 98.1 / 100
     w = np.sqrt(10.0)
     t = motion["time"].values
@@ -167,8 +169,8 @@ def test_a_static_start_has_the_joints_that_are_active(first):
     t = motion["time"].values
     level = 6.0 - 98.1 / 100
     if first:
-        later = np.maximum(t - 0.5, 0.0)
-        np.testing.assert_allclose(y, level * (1 - np.cos(np.sqrt(10) * later)), atol=3e-5)
+        swing_time = np.maximum(t - 0.5, 0.0)
+        np.testing.assert_allclose(y, level * (1 - np.cos(np.sqrt(10) * swing_time)), atol=3e-5)
     else:
         np.testing.assert_allclose(y, level, atol=1e-9)
 

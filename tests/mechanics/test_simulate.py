@@ -65,16 +65,16 @@ def test_turning_and_moving_everything_changes_nothing(angle, x, y):
 
 def test_a_diverging_sample_is_repeated_with_half_the_step_and_hurts_no_other():
     speeds = np.array([0.1, 7.5, 0.2, 7.0, 0.3])
-    together = fb.simulate(hardening_spring(speeds), duration=1.0, step=0.02)
-    assert together.attrs["halved_step"] == [1, 3]
+    batch = fb.simulate(hardening_spring(speeds), duration=1.0, step=0.02)
+    assert batch.attrs["halved_step"] == [1, 3]
     for k in (0, 2, 4):
-        alone = fb.simulate(hardening_spring(speeds[k]), duration=1.0, step=0.02)
-        np.testing.assert_array_equal(together[k], alone)
-    finer = fb.simulate(hardening_spring(speeds[[1, 3]]), duration=1.0, step=0.01)
-    np.testing.assert_array_equal(together[[1, 3]], finer[:, :, ::2])
-    divided = fb.simulate(hardening_spring(speeds), duration=1.0, step=0.04, substeps=2)
-    np.testing.assert_array_equal(divided, together[:, :, ::2])
-    assert divided.attrs["halved_step"] == [1, 3]
+        single_run = fb.simulate(hardening_spring(speeds[k]), duration=1.0, step=0.02)
+        np.testing.assert_array_equal(batch[k], single_run)
+    fine_motion = fb.simulate(hardening_spring(speeds[[1, 3]]), duration=1.0, step=0.01)
+    np.testing.assert_array_equal(batch[[1, 3]], fine_motion[:, :, ::2])
+    substep_run = fb.simulate(hardening_spring(speeds), duration=1.0, step=0.04, substeps=2)
+    np.testing.assert_array_equal(substep_run, batch[:, :, ::2])
+    assert substep_run.attrs["halved_step"] == [1, 3]
     with pytest.raises(
         fb.errors.SimulationError, match=r"steps of 0\.02 s and of 0\.01 s\nTake shorter"
     ):
@@ -101,8 +101,8 @@ def test_impulses_of_a_sample_that_is_repeated_with_half_the_step_are_those_of_t
 
 
 def test_a_mechanism_without_sensors_is_refused():
-    told = r"no sensors, so it has no outputs; add .* such as Mechanism\(..., sensors="
-    with pytest.raises(fb.errors.InputError, match=told):
+    message = r"no sensors, so it has no outputs; add .* such as Mechanism\(..., sensors="
+    with pytest.raises(fb.errors.InputError, match=message):
         fb.simulate(pendulum_driven(lambda t: t, sensors={}), duration=0.01, step=1e-3)
     inputs = {"k": fb.Interval(1.0, 2.0)}
 
@@ -112,7 +112,7 @@ def test_a_mechanism_without_sensors_is_refused():
     for response in (
         fb.dynamic_response(builder, duration=0.01, step=1e-3), fb.static_response(builder)
     ):  # fmt: skip
-        with pytest.raises(fb.errors.InputError, match=told):
+        with pytest.raises(fb.errors.InputError, match=message):
             fb.propagate(response, inputs, fb.PCCI(1, 1))
 
 
@@ -120,27 +120,27 @@ def test_a_run_that_does_not_fit_into_memory_is_refused_before_it_starts():
     mechanism = fb.Mechanism(bodies={"m": fb.PointMass(mass=1.0)}, sensors={"x": fb.Position("m")})
     with pytest.raises(fb.errors.InputError, match=r"1e\+14 steps, would take 4e\+06 GB of memory"):
         fb.simulate(mechanism, duration=1e5, step=1e-9)
-    many = fb.Mechanism(
+    large_batch = fb.Mechanism(
         bodies={"m": fb.PointMass(mass=np.ones(100_000))}, sensors={"x": fb.Position("m")}
     )
     with pytest.raises(
         fb.errors.InputError, match="100000 samples of 2 outputs at 1000001 times would"
     ):
-        fb.simulate(many, duration=1.0, step=1e-6)
+        fb.simulate(large_batch, duration=1.0, step=1e-6)
 
 
 @pytest.mark.parametrize("slope", [1e-7, -2e-9])
 def test_a_point_between_two_rods_almost_in_line_stands_still_or_is_warned_of(slope):
     """The force in each rod is m g / (2 sin α)."""
     exact = 2.0 * 9.81 / (2 * np.tan(slope))
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as records:
         warnings.simplefilter("always")
         try:
             motion = fb.simulate(between_rods(slope), duration=0.003, step=1e-3)
         except fb.errors.SimulationError:
             return
     right = np.allclose(motion.sel(output="R_X"), exact, rtol=1e-3)
-    assert right or any("almost depend" in str(w.message) for w in told)
+    assert right or any("almost depend" in str(w.message) for w in records)
 
 
 def test_a_run_that_fails_in_its_first_step_has_started():
@@ -148,7 +148,7 @@ def test_a_run_that_fails_in_its_first_step_has_started():
         fb.simulate(hardening_spring(1e6), duration=1.0, step=0.02)
 
 
-def swinging():
+def swinging_bar():
     bar = fb.RigidBody.bar(length=1.0, height=0.02, width=0.02, density=7800.0)
     return fb.Mechanism(
         bodies={"bar": bar},
@@ -175,11 +175,11 @@ def test_tables_of_too_many_steps_are_refused_before_they_are_made(monkeypatch):
     with pytest.raises(
         fb.errors.InputError, match="1 sample of 2 outputs at 1000001 times would take"
     ):
-        fb.simulate(swinging(), duration=1000.0, step=1e-3, threads=1)
+        fb.simulate(swinging_bar(), duration=1000.0, step=1e-3, threads=1)
 
 
 def test_a_long_simulation_tells_its_steps_and_the_time_left(monkeypatch, capsys):
-    fb.simulate(swinging(), duration=0.1, step=1e-3)  # which may compile the engine
+    fb.simulate(swinging_bar(), duration=0.1, step=1e-3)  # which may compile the engine
     capsys.readouterr()
     monkeypatch.setattr(threads, "BEAT", 0.02)
     monkeypatch.setattr(progress.Pace, "many_steps", 300_000)
@@ -190,14 +190,14 @@ def test_a_long_simulation_tells_its_steps_and_the_time_left(monkeypatch, capsys
     listener.warn = messages.append
     with progress.listening(listener):
         progress.listener().stage("the first runs")
-        fb.simulate(swinging(), duration=300.0, step=1e-3)
+        fb.simulate(swinging_bar(), duration=300.0, step=1e-3)
     assert stages[1] == "the first runs, runs of 300000 steps"
     assert messages[0] == "each run has 300000 steps"
     assert any(re.search(r"% of runs of 300000 steps, about .* left$", stage) for stage in stages)
     assert stages[-1] == "the first runs"
     assert capsys.readouterr().err == ""
     monkeypatch.setattr(progress.Pace, "long", 0.0)
-    fb.simulate(swinging(), duration=300.0, step=1e-3)
+    fb.simulate(swinging_bar(), duration=300.0, step=1e-3)
     lines = capsys.readouterr().err.splitlines()
     assert lines[0] == "flexband: each run has 300000 steps"
     assert re.fullmatch(r"flexband: .* % of runs of 300000 steps, about .* left", lines[1])

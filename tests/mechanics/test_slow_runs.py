@@ -33,11 +33,11 @@ def test_what_the_steps_follow_is_known(monkeypatch):
     texts = []
     finish = BlocksUnderWay.finish
 
-    def told(blocks, number):
+    def note_slowness(blocks, number):
         texts.append(blocks.slowness())
         finish(blocks, number)
 
-    monkeypatch.setattr(BlocksUnderWay, "finish", told)
+    monkeypatch.setattr(BlocksUnderWay, "finish", note_slowness)
     fb.simulate(cable(), duration=0.02, step=1e-3)
     (text,) = texts
     words = r"fast motions of body 'rope'( while 'floor' is closed)?: damping, or fewer elements"
@@ -48,10 +48,10 @@ def test_why_a_run_takes_long_is_told_once(monkeypatch):
     monkeypatch.setattr(progress.Pace, "long", 0.0)
     messages = []
     listener = progress.ProgressListener()
-    done = iter([0.1, 0.2, 0.3, 0.4])
+    shares = iter([0.1, 0.2, 0.3, 0.4])
     listener.warn = messages.append
     with progress.listening(listener):
-        pace = progress.Pace(10, lambda: next(done), lambda: "steps follow this")
+        pace = progress.Pace(10, lambda: next(shares), lambda: "steps follow this")
         for _ in range(4):
             pace()
     (message,) = messages

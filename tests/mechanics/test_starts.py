@@ -52,8 +52,10 @@ def test_an_oscillator_starts_on_its_steady_state(integrator):
 
 def test_undamped_motions_are_refused_with_their_spectral_radius():
     rho = np.exp(-0.05 * PERIOD / (2 * MASS))
-    for damping, stated in ((0.0, "1,"), (0.05, f"{rho:.4g},")):
-        with pytest.raises(AssemblyError, match=f"spectral radius of the motion .* is {stated}"):
+    for damping, radius_text in ((0.0, "1,"), (0.05, f"{rho:.4g},")):
+        with pytest.raises(
+            AssemblyError, match=f"spectral radius of the motion .* is {radius_text}"
+        ):
             fb.simulate(
                 oscillator(damping=damping), duration=PERIOD, step=1e-3, start="periodic",
                 period=PERIOD,
@@ -106,7 +108,7 @@ def test_a_mechanism_starts_where_its_vibrations_have_decayed():
     assert np.abs(steady.values - last).max() < 1e-6
 
 
-def hanging(youngs_modulus=7e9):
+def hanging_beam(youngs_modulus=7e9):
     return fb.Mechanism(
         bodies={
             "b": fb.Beam(
@@ -121,10 +123,10 @@ def hanging(youngs_modulus=7e9):
 
 
 def test_a_beam_under_gravity_stays_where_it_is():
-    response = fb.dynamic_response(hanging, duration=0.2, step=1e-3, start="static")
+    response = fb.dynamic_response(hanging_beam, duration=0.2, step=1e-3, start="static")
     moduli = np.array([2e9, 7e9, 7e10])
     motion = response(youngs_modulus=moduli)
-    rest = fb.equilibrium(hanging(moduli))
+    rest = fb.equilibrium(hanging_beam(moduli))
     assert np.abs(motion.values - rest.values[..., None]).max() < 1e-9
     assert np.abs(rest.sel(output="tip_Y")).min() > 1e-3
 
@@ -145,7 +147,7 @@ def test_springs_and_given_velocities_keep_their_meaning():
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("options", "message"),
     [
         ({"start": "still"}, r"start must be .*'assembled', 'static' or 'periodic'"),
         ({"start": "periodic"}, r"requires a period \[s\]"),
@@ -154,11 +156,11 @@ def test_springs_and_given_velocities_keep_their_meaning():
         ({"start": "periodic", "period": 0.1005}, "whole multiple of step; got 0.1005"),
     ],
 )
-def test_refusals(given, message):
+def test_refusals(options, message):
     with pytest.raises(InputError, match=message):
-        fb.dynamic_response(oscillator, duration=0.1, step=1e-3, **given)
+        fb.dynamic_response(oscillator, duration=0.1, step=1e-3, **options)
     with pytest.raises(InputError, match=message):
-        fb.simulate(oscillator(), duration=0.1, step=1e-3, **given)
+        fb.simulate(oscillator(), duration=0.1, step=1e-3, **options)
 
 
 def test_an_unstable_rest_is_refused():
@@ -173,7 +175,7 @@ def test_an_unstable_rest_is_refused():
 
 
 def test_the_identity_of_a_response_includes_its_start():
-    given = fb.dynamic_response(oscillator, duration=0.5, step=1e-3)
+    response = fb.dynamic_response(oscillator, duration=0.5, step=1e-3)
     static = fb.dynamic_response(oscillator, duration=0.5, step=1e-3, start="static")
-    assert given.identity != static.identity
-    assert len(given.identity) == 7  # as before there were other starts
+    assert response.identity != static.identity
+    assert len(response.identity) == 7  # as before there were other starts

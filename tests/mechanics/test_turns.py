@@ -86,21 +86,21 @@ def test_a_mechanism_that_is_turned_as_a_whole_moves_alike(kind):
     step = 2e-4 if kind == "beam" else 1e-3
     if kind == "gear":  # gears have the line of centres that their radii need
         numbers[1] = rng.uniform(-1, 1, count)
-    still, turned = (
+    reference, rotated_motion = (
         fb.simulate(chain(kind, numbers, angle), duration=0.1, step=step) for angle in (0.0, turn)
     )
     names = ["a", "b", "most", "least", "mean", "M_angle"]
-    shift = turned.sel(output=names) - still.sel(output=names)
+    shift = rotated_motion.sel(output=names) - reference.sel(output=names)
     tolerance = 2e-6 if kind in ("stop", "brake") else 1e-8
     np.testing.assert_allclose(
         shift, np.broadcast_to(turn[:, None, None], shift.shape), rtol=0, atol=tolerance
     )
     np.testing.assert_allclose(
-        turned.sel(output="M_M"), still.sel(output="M_M"), rtol=0, atol=30 * tolerance
+        rotated_motion.sel(output="M_M"), reference.sel(output="M_M"), rtol=0, atol=30 * tolerance
     )
-    x, y = (still.sel(output=name).values.T for name in ("p_X", "p_Y"))
+    x, y = (reference.sel(output=name).values.T for name in ("p_X", "p_Y"))
     np.testing.assert_allclose(
-        turned.sel(output=["p_X", "p_Y"]).transpose("output", "time", "sample"),
+        rotated_motion.sel(output=["p_X", "p_Y"]).transpose("output", "time", "sample"),
         about((x, y), turn), rtol=0, atol=tolerance,
     )  # fmt: skip
 
@@ -110,8 +110,8 @@ def test_a_sample_has_the_same_bits_alone():
     numbers = rng.uniform([-3, -3, -0.3, 1, -0.5], [3, 3, 0.3, 20, 0.5], (6, 5)).T
     batch = fb.simulate(chain("table", numbers, 0.0), duration=0.1, step=1e-3)
     for k in range(6):
-        alone = fb.simulate(chain("table", numbers[:, k], 0.0), duration=0.1, step=1e-3)
-        np.testing.assert_array_equal(alone, batch[k])
+        single_run = fb.simulate(chain("table", numbers[:, k], 0.0), duration=0.1, step=1e-3)
+        np.testing.assert_array_equal(single_run, batch[k])
 
 
 def test_a_spring_is_wound_by_the_angles_that_are_drawn():
@@ -164,22 +164,22 @@ def rotor(**parts):
 
 def test_the_engine_counts_turns_between_the_times_of_a_result():
     """Spun up to 40 rad/s in 0.2 s, with an output every 0.1 s; then with a new spring."""
-    free = fb.GeneralizedAlpha(step_tolerance=1e-9)
+    integrator = fb.GeneralizedAlpha(step_tolerance=1e-9)
     sensors = {"a": fb.Angle("c"), "i": Integral(fb.Angle("c")), "l": Largest(fb.Angle("c"))}
     spin = {"M": fb.Moment("c", lambda t: 200.0 * (t < 0.2))}
-    options = {"duration": 0.3, "step": 0.1, "integrator": free}
+    options = {"duration": 0.3, "step": 0.1, "integrator": integrator}
     motion = fb.simulate(rotor(loads=spin, sensors=sensors), keep_state=True, **options)
     np.testing.assert_allclose(motion[0], [0.5, 1.5, 4.5, 8.5], rtol=1e-5)
     assert motion.sel(output="l").values[-1] == pytest.approx(8.5, rel=1e-5)
-    whole = 0.15 + 200 * 0.2**3 / 6 + 0.1 * 4.0 + 0.5 * 40 * 0.1**2
-    assert motion.sel(output="i").values[-1] == pytest.approx(whole, rel=1e-4)
+    integral = 0.15 + 200 * 0.2**3 / 6 + 0.1 * 4.0 + 0.5 * 40 * 0.1**2
+    assert motion.sel(output="i").values[-1] == pytest.approx(integral, rel=1e-4)
     speed = {"v": fb.AngularVelocity("c")}
-    unseen = fb.simulate(rotor(loads=spin, sensors=speed), keep_state=True, **options)
+    first = fb.simulate(rotor(loads=spin, sensors=speed), keep_state=True, **options)
     spring = {"t": fb.TorsionSpring("c", stiffness=1e-9, rest_angle=8.0)}
     sensors = {"a": fb.Angle("c"), "t": fb.SpringMoment("t")}
-    later = fb.simulate(rotor(loads=spring, sensors=sensors), start=unseen, **options)
-    np.testing.assert_allclose(later[0], [8.5, 12.5, 16.5, 20.5], rtol=1e-5)
-    np.testing.assert_allclose(later.sel(output="t_M"), -1e-9 * (later[0] - 8.0), rtol=1e-9)
+    second = fb.simulate(rotor(loads=spring, sensors=sensors), start=first, **options)
+    np.testing.assert_allclose(second[0], [8.5, 12.5, 16.5, 20.5], rtol=1e-5)
+    np.testing.assert_allclose(second.sel(output="t_M"), -1e-9 * (second[0] - 8.0), rtol=1e-9)
 
 
 def test_bodies_that_are_drawn_turns_apart_wind_up_a_spring_and_a_warning_says_so():
@@ -225,9 +225,9 @@ def on_rod(angle):
     """Return a lever at half a revolution that a rod of uncertain length holds."""
 
     def build(offset):
-        given = angle(offset) if callable(angle) else angle
+        start_angle = angle(offset) if callable(angle) else angle
         return fb.Mechanism(
-            bodies={"l": fb.RigidBody(mass=1.0, inertia=0.1, angle=given, points=LEVER)},
+            bodies={"l": fb.RigidBody(mass=1.0, inertia=0.1, angle=start_angle, points=LEVER)},
             joints={
                 "o": fb.Revolute("l", (0.0, 0.0)),
                 "rod": fb.Distance("l.e", (-0.5, 0.3), 0.3 + offset),

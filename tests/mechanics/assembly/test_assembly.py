@@ -14,12 +14,12 @@ def test_numbers_of_samples_must_fit():
             duration=0.01,
             step=1e-3,
         )
-    two = rigid_slider_crank(np.full(2, 0.2), angle=lambda t: np.zeros(5))
+    two_samples = rigid_slider_crank(np.full(2, 0.2), angle=lambda t: np.zeros(5))
     with pytest.raises(fb.errors.InputError, match=r"different numbers of samples: \[2, 5\]"):
-        fb.simulate(two, duration=0.01, step=1e-3)
-    growing = pendulum_driven(lambda t: np.zeros(5) if t else 0.0)
+        fb.simulate(two_samples, duration=0.01, step=1e-3)
+    mechanism = pendulum_driven(lambda t: np.zeros(5) if t else 0.0)
     with pytest.raises(fb.errors.InputError, match="returned 5 values; the mechanism has 1 sample"):
-        fb.simulate(growing, duration=0.01, step=1e-3)
+        fb.simulate(mechanism, duration=0.01, step=1e-3)
 
 
 def test_a_drive_that_returns_nan_is_refused():

@@ -159,12 +159,12 @@ def frequencies(integration, elements, nu):
     """First frequencies of a pinned–pinned beam [rad/s] from M and K."""
     body = beam(elements, integration, length=2.0, height=0.02, poissons_ratio=nu)
     dense = Dense(fb.Mechanism(bodies={"beam": body}))
-    held = np.zeros((3, len(dense.start)))
-    held[0, 0] = held[1, 1] = held[2, -5] = 1.0
-    free = null_space(held)
+    constraints = np.zeros((3, len(dense.start)))
+    constraints[0, 0] = constraints[1, 1] = constraints[2, -5] = 1.0
+    basis = null_space(constraints)
     M = dense.mass()
     K = dense.tangent(dense.start) - M
-    return np.sqrt(eigh(free.T @ K @ free, free.T @ M @ free, eigvals_only=True))
+    return np.sqrt(eigh(basis.T @ K @ basis, basis.T @ M @ basis, eigvals_only=True))
 
 
 def test_pinned_pinned_frequency_is_euler_bernoullis():
@@ -182,8 +182,8 @@ def test_pinned_pinned_frequency_is_euler_bernoullis():
     assert 0 < errors[-1] < 1.2e-4
     np.testing.assert_allclose(errors[0] / errors[1], 4.0, rtol=0.05)  # second order in the mesh
     np.testing.assert_allclose(errors[1] / errors[2], 4.0, rtol=0.05)
-    locked = frequencies(fb.sections.FullIntegration(), 64, 0.3)[0]
-    assert locked == pytest.approx(exact * shear / np.sqrt(1 - 0.3**2), rel=2e-4)
+    full_integration = frequencies(fb.sections.FullIntegration(), 64, 0.3)[0]
+    assert full_integration == pytest.approx(exact * shear / np.sqrt(1 - 0.3**2), rel=2e-4)
 
 
 def test_function_and_array_of_the_same_material_agree():
@@ -252,8 +252,8 @@ def test_a_free_flexible_body_keeps_momentum():
     move = np.zeros((2, n))
     move[0, 0::6] = move[1, 1::6] = 1.0
     np.testing.assert_allclose(move @ M @ v, move @ M @ v0, rtol=1e-9)
-    turned = lambda s: np.stack([-s[1::2], s[0::2]], axis=1).ravel()  # noqa: E731
-    assert turned(q) @ M @ v == pytest.approx(turned(q0) @ M @ v0, rel=1e-6)
+    quarter_turn = lambda s: np.stack([-s[1::2], s[0::2]], axis=1).ravel()  # noqa: E731
+    assert quarter_turn(q) @ M @ v == pytest.approx(quarter_turn(q0) @ M @ v0, rel=1e-6)
 
 
 def test_kelvin_voigt_damps_a_mode_by_half_its_retardation_times_frequency():
@@ -283,21 +283,23 @@ def test_kelvin_voigt_damps_a_mode_by_half_its_retardation_times_frequency():
     omega = np.sqrt(modulus * area / length / mass)
     zeta = tau * omega / 2
     t = motion.time.values
-    late = t > 0.01
+    after_kick = t > 0.01
     for k, ratio in enumerate((0.0, zeta)):
-        decay = np.exp(-ratio * omega * t[late])
+        decay = np.exp(-ratio * omega * t[after_kick])
         w = omega * np.sqrt(1 - ratio**2)
-        basis = np.stack([decay * np.cos(w * t[late]), decay * np.sin(w * t[late])], axis=1)
-        weights, *_ = np.linalg.lstsq(basis, x[k, late], rcond=None)
+        basis = np.stack(
+            [decay * np.cos(w * t[after_kick]), decay * np.sin(w * t[after_kick])], axis=1
+        )
+        weights, *_ = np.linalg.lstsq(basis, x[k, after_kick], rcond=None)
         size = np.hypot(*weights)
-        np.testing.assert_allclose(x[k, late], basis @ weights, atol=0.003 * size)
+        np.testing.assert_allclose(x[k, after_kick], basis @ weights, atol=0.003 * size)
     assert size > 1e-4
 
 
 def test_damping_leaves_a_turning_beam_alone():
     """A free beam that turns as a rigid body has no strain rates: it keeps its energy."""
-    spinning = {"height": 0.05, "rate": 20.0, "velocity": (1.0, -1.0), "elements": 3}
-    stiff = beam(retardation_time=np.array([0.0, 1e-3]), **spinning)
+    properties = {"height": 0.05, "rate": 20.0, "velocity": (1.0, -1.0), "elements": 3}
+    stiff = beam(retardation_time=np.array([0.0, 1e-3]), **properties)
     motion = motion_of(bodies={"b": stiff}, sensors={"T": fb.KineticEnergy()}, duration=0.2)
     energy = motion.sel(output="T").values
     np.testing.assert_allclose(energy[1, 20:], energy[1, -1], rtol=1e-4)
@@ -306,8 +308,8 @@ def test_damping_leaves_a_turning_beam_alone():
 
 def test_points_along_a_beam_of_uncertain_length():
     lengths = np.array([0.4, 0.5])
-    still = {"height": 0.01, "width": 0.01, "density": 1.0, "elements": 3}
-    beam = fb.Beam(length=lengths, youngs_modulus=1e9, poissons_ratio=0.3, angle=0.3, **still)
+    properties = {"height": 0.01, "width": 0.01, "density": 1.0, "elements": 3}
+    beam = fb.Beam(length=lengths, youngs_modulus=1e9, poissons_ratio=0.3, angle=0.3, **properties)
     model = fb.Mechanism(bodies={"b": beam}, sensors={"m": fb.Position("b.middle")})
     start = fb.simulate(model, duration=0.01, step=0.01).isel(time=0).values
     exact = lengths[:, None] / 2 * [np.cos(0.3), np.sin(0.3)]
@@ -354,9 +356,9 @@ def test_numbers_in_other_units_are_remarked(changes, text):
     rubber = {"density": 1100.0, "youngs_modulus": 1e6}
     blade = {"length": 80.0, "height": 0.3}
     wire = {"length": 40.0}
-    for own in ({}, rubber, blade, wire):
+    for valid_changes in ({}, rubber, blade, wire):
         with warnings.catch_warnings(action="error"):
-            assemble(fb.Mechanism(bodies={"beam": fb.Beam(**(steel | own))}))
+            assemble(fb.Mechanism(bodies={"beam": fb.Beam(**(steel | valid_changes))}))
     with pytest.warns(fb.errors.FlexbandWarning, match=text):
         assemble(fb.Mechanism(bodies={"beam": fb.Beam(**(steel | changes))}))
 

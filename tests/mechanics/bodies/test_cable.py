@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 import flexband as fb
-from tests.mechanics.models import THIN, Dense, clamped
+from tests.mechanics.models import THIN, Dense, clamped_member
 
 
 def test_tangent_is_the_derivative_of_the_residual():
@@ -20,8 +20,8 @@ def test_tangent_is_the_derivative_of_the_residual():
         ],
         axis=1,
     )
-    own = dense.tangent(q) - dense.tangent(q, 0.0)
-    np.testing.assert_allclose(own, exact, atol=1e-7 * np.abs(exact).max())
+    tangent = dense.tangent(q) - dense.tangent(q, 0.0)
+    np.testing.assert_allclose(tangent, exact, atol=1e-7 * np.abs(exact).max())
 
 
 def test_forces_are_the_derivative_of_the_energy():
@@ -32,6 +32,7 @@ def test_forces_are_the_derivative_of_the_energy():
     x, weights = np.polynomial.legendre.leggauss(40)
     s = (x + 1) / 2
 
+    # Slope and curvature of the Hermite cubics.
     def line(q, s):
         slope = np.stack(
             [6 * s**2 - 6 * s, 1 - 4 * s + 3 * s**2, 6 * s - 6 * s**2, 3 * s**2 - 2 * s]
@@ -42,6 +43,7 @@ def test_forces_are_the_derivative_of_the_energy():
         w = curve.T @ nodes / 0.49
         return p, (p[:, 0] * w[:, 1] - p[:, 1] * w[:, 0]) / (p**2).sum(axis=1)
 
+    # Stretch is assumed quadratic along the element, the curvature linear.
     def energy(q):
         p, _ = line(q, np.array([0.0, 0.5, 1.0]))
         stretch = np.polynomial.Polynomial.fit([0, 0.5, 1], np.hypot(*p.T) - 1, 2)(s)
@@ -60,20 +62,22 @@ def test_forces_are_the_derivative_of_the_energy():
 def test_an_end_moment_rolls_a_straight_cable_to_an_arc(turns):
     bend = 2 * np.pi * turns / 2.0
     cable = fb.Cable(length=2.0, elements=24, **THIN)
-    found = fb.equilibrium(clamped(cable, {"M": fb.Moment("m.end", 3.0 * bend)}), steps=8)
+    tip = fb.equilibrium(clamped_member(cable, {"M": fb.Moment("m.end", 3.0 * bend)}), steps=8)
     exact = [np.sin(2 * bend) / bend, (1 - np.cos(2 * bend)) / bend]
-    np.testing.assert_allclose(found[:2], exact, atol=2e-3)
-    assert np.cos(float(found[2]) - 2 * bend) == pytest.approx(1.0, abs=1e-5)
+    np.testing.assert_allclose(tip[:2], exact, atol=2e-3)
+    assert np.cos(float(tip[2]) - 2 * bend) == pytest.approx(1.0, abs=1e-5)
 
 
 def test_an_arc_is_free_of_stress_and_a_moment_unrolls_it():
     curvature = np.array([0.5, -1.2])
     cable = fb.Cable(length=2.0, elements=24, curvature=curvature, **THIN)
-    rest = fb.equilibrium(clamped(cable, {}))
+    rest = fb.equilibrium(clamped_member(cable, {}))
     exact = np.stack([np.sin(2 * curvature), 1 - np.cos(2 * curvature)]) / curvature
     np.testing.assert_allclose(rest[:, :2], exact.T, atol=1e-9)
     np.testing.assert_allclose(rest[:, 2], 2 * curvature, atol=1e-9)
-    straight = fb.equilibrium(clamped(cable, {"M": fb.Moment("m.end", -3.0 * curvature)}), steps=4)
+    straight = fb.equilibrium(
+        clamped_member(cable, {"M": fb.Moment("m.end", -3.0 * curvature)}), steps=4
+    )
     np.testing.assert_allclose(straight[:, :2], [[2.0, 0.0]] * 2, atol=1e-3)
 
 
@@ -88,7 +92,7 @@ def test_a_very_thin_cantilever_does_not_lock():
         axial_stiffness=2e11 * area, bending_stiffness=2e11 * second,
     )  # fmt: skip
     force = {"P": fb.Force("m.end", y=10 * 2e11 * second)}
-    x, y, angle = fb.equilibrium(clamped(cable, force), steps=8).values
+    x, y, angle = fb.equilibrium(clamped_member(cable, force), steps=8).values
     exact = (0.5549955978, 0.8106090249, 1.4302855388)
     np.testing.assert_allclose((1 - x, y, angle), exact, atol=1e-3)
 
@@ -96,10 +100,12 @@ def test_a_very_thin_cantilever_does_not_lock():
 def test_cantilever_frequencies():
     cable = fb.Cable(length=1.0, elements=16, **THIN)
     model = fb.Mechanism(bodies={"c": cable}, joints={"clamp": fb.Weld("c.start", (0.0, 0.0))})
-    found = fb.modes(model, 2, about="start")["frequency"]
+    frequencies = fb.modes(model, 2, about="start")["frequency"]
     for k, bracket in enumerate(((1.5, 2.5), (4.0, 5.5))):
         b = brentq(lambda b: np.cos(b) * np.cosh(b) + 1, *bracket)
-        assert float(found[k]) == pytest.approx(b**2 / (2 * np.pi) * np.sqrt(3.0 / 0.2), rel=1e-4)
+        assert float(frequencies[k]) == pytest.approx(
+            b**2 / (2 * np.pi) * np.sqrt(3.0 / 0.2), rel=1e-4
+        )
 
 
 @pytest.mark.parametrize(
@@ -119,13 +125,15 @@ def test_bad_numbers_are_refused(change, text):
 def test_a_damped_cable_decays_as_its_retardation_tells():
     """Bending of a clamped cable: decay ratio e^(−2πζ/√(1−ζ²)) a period with ζ = τω/2."""
     cable = fb.Cable(length=1.0, elements=8, **THIN)
-    omega = 2 * np.pi * float(fb.modes(clamped(cable, {}), 1, about="start")["frequency"][0])
+    omega = 2 * np.pi * float(fb.modes(clamped_member(cable, {}), 1, about="start")["frequency"][0])
     ratio = 0.03
-    damped = fb.Cable(length=1.0, elements=8, retardation_time=2 * ratio / omega, **THIN)
+    damped_cable = fb.Cable(length=1.0, elements=8, retardation_time=2 * ratio / omega, **THIN)
     period = 2 * np.pi / omega
-    plucked = clamped(damped, {"P": fb.Force("m.end", y=lambda t: 1e-4 * (t < period / 200))})
+    mechanism = clamped_member(
+        damped_cable, {"P": fb.Force("m.end", y=lambda t: 1e-4 * (t < period / 200))}
+    )
     motion = fb.simulate(
-        plucked, duration=8 * period, step=period / 200,
+        mechanism, duration=8 * period, step=period / 200,
         integrator=fb.GeneralizedAlpha(spectral_radius=0.9),
     ).sel(output="tip_Y").values  # fmt: skip
     swings = np.array([np.abs(motion[400 * k : 400 * (k + 1)]).max() for k in range(1, 4)])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flexband as fb
-from tests.mechanics.models import STEEL, THIN, clamped, tip_compliance
+from tests.mechanics.models import STEEL, THIN, clamped_member, tip_compliance
 
 
 @pytest.mark.parametrize("kind", ["constant", "function"])
@@ -29,11 +29,11 @@ def test_a_curved_beam_is_free_of_stress_and_a_moment_straightens_it():
     h = 0.01
     curvature = 0.8
     beam = fb.Beam(length=1.0, curvature=curvature, height=h, width=h, elements=16, **STEEL)
-    rest = fb.equilibrium(clamped(beam, {}))
+    rest = fb.equilibrium(clamped_member(beam, {}))
     exact = [np.sin(curvature) / curvature, (1 - np.cos(curvature)) / curvature, curvature]
     np.testing.assert_allclose(rest, exact, atol=1e-9)
     moment = -2.1e11 * h**4 / 12 * curvature
-    straight = fb.equilibrium(clamped(beam, {"M": fb.Moment("m.end", moment)}), steps=4)
+    straight = fb.equilibrium(clamped_member(beam, {"M": fb.Moment("m.end", moment)}), steps=4)
     np.testing.assert_allclose(straight, [1.0, 0.0, 0.0], atol=2e-3)
 
 
@@ -42,14 +42,14 @@ def test_a_member_along_a_path(member):
     """A parabola y = x²/2 from (0, 0) to (1, 1/2): length and end tangent are known."""
     properties = {"height": 0.01, "width": 0.01, **STEEL} if member == "beam" else THIN
     kind = fb.Beam if member == "beam" else fb.Cable
-    for path, within in (
+    for path, tolerance in (
         (lambda u: np.stack([u, u**2 / 2], axis=1), 1e-9),
         ([(x, x**2 / 2) for x in np.linspace(0, 1, 41)], 2e-5),  # as far as a spline follows it
     ):
         body = kind.along(path, elements=6, **properties)
         assert body.length == pytest.approx((np.sqrt(2) + np.arcsinh(1)) / 2, rel=1e-6)
-        rest = fb.equilibrium(clamped(body, {}))
-        np.testing.assert_allclose(rest, [1.0, 0.5, np.pi / 4], atol=within)
+        rest = fb.equilibrium(clamped_member(body, {}))
+        np.testing.assert_allclose(rest, [1.0, 0.5, np.pi / 4], atol=tolerance)
 
 
 @pytest.mark.parametrize("path", [[(0.0, 0.0), (1.0, 0.0)], [(0, 0), (1, 0), (1, 0)], lambda u: u])

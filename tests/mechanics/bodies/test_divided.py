@@ -39,7 +39,7 @@ def member(elements, height=0.1, kind="beam", **options):
     )  # fmt: skip
 
 
-def supported(body, loads, places, joints=None):
+def beam_on_supports(body, loads, places, joints=None):
     """A beam on two supports with sensors of section forces at places."""
     supports = {"p": fb.Revolute("b.start", (0.0, 0.0)), "q": fb.Slot("b.end", (0.0, 0.0))}
     return fb.Mechanism(
@@ -62,7 +62,9 @@ PLACES = ["0.0", "0.1", "0.25", "0.4", "0.49", "0.499999", "0.5", "0.55", "0.75"
 @pytest.mark.parametrize("elements", [2, 4, 5, 7])
 def test_three_point_bending(elements, height):
     """Q = ∓F/2 before and behind the force, M = Fx/2, whether there is a node there or not."""
-    model = supported(member(elements, height), {"F": fb.Force("b.middle", y=-FORCE)}, PLACES)
+    model = beam_on_supports(
+        member(elements, height), {"F": fb.Force("b.middle", y=-FORCE)}, PLACES
+    )
     _, Q, M = forces(model)
     x = np.array(PLACES, dtype=float)
     np.testing.assert_allclose(Q, FORCE / 2 * np.where(x < 0.5, -1, 1), rtol=1e-4)
@@ -74,7 +76,7 @@ def test_four_point_bending(kind):
     """Between the forces there is no shear force, and M is constant."""
     loads = {"F": fb.Force("b.0.3", y=-FORCE), "G": fb.Force("b.0.7", y=-FORCE)}
     places = ["0.1", "0.299", "0.3", "0.5", "0.699", "0.7", "0.9"]
-    _, Q, M = forces(supported(member(6, kind=kind), loads, places))
+    _, Q, M = forces(beam_on_supports(member(6, kind=kind), loads, places))
     np.testing.assert_allclose(Q / FORCE, [-1, -1, 0, 0, 0, 1, 1], atol=1e-3)
     np.testing.assert_allclose(M / FORCE, [0.1, 0.299, 0.3, 0.3, 0.3, 0.3, 0.1], atol=1e-4)
 
@@ -82,7 +84,9 @@ def test_four_point_bending(kind):
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_axial_force_jumps(kind):
     loads = {"F": fb.Force("b.0.6", x=100.0)}
-    N, _, _ = forces(supported(member(4, kind=kind), loads, ["0.1", "0.4", "0.599", "0.6", "0.9"]))
+    N, _, _ = forces(
+        beam_on_supports(member(4, kind=kind), loads, ["0.1", "0.4", "0.599", "0.6", "0.9"])
+    )
     np.testing.assert_allclose(N, [100, 100, 100, 0, 0], atol=1e-6)
 
 
@@ -94,7 +98,7 @@ def test_a_cantilever_propped_at_an_interior_support():
     prop = FORCE * (a**2 * (3 - a) / (6 * EI) + a / kGA) / (a**3 / (3 * EI) + a / kGA)
     joints = {"w": fb.Weld("b.start", (0.0, 0.0)), "s": fb.Slot("b.0.6", (0.0, 0.0))}
     places = ["0.0", "0.3", "0.599999", "0.6", "0.8", "1.0"]
-    model = supported(member(4, height), {"F": fb.Force("b.end", y=-FORCE)}, places, joints)
+    model = beam_on_supports(member(4, height), {"F": fb.Force("b.end", y=-FORCE)}, places, joints)
     _, Q, M = forces(model)
     x = np.array(places, dtype=float)
     exact = np.where(x < a, prop - FORCE, -FORCE)
@@ -109,7 +113,7 @@ def test_beams_that_a_link_joins_in_their_middles():
     b = 0.25
     EI, kGA = stiffness(height)
     deflection = b * (3 - 4 * b**2) / (48 * EI) + b / (2 * kGA)  # in the middle, of a force at b
-    carried = FORCE * deflection / (2 * (1 / (48 * EI) + 1 / (4 * kGA)))
+    link_force = FORCE * deflection / (2 * (1 / (48 * EI) + 1 / (4 * kGA)))
     upper = member(5, height)
     lower = member(3, height, start=(0.0, -0.5))
     model = fb.Mechanism(
@@ -123,13 +127,13 @@ def test_beams_that_a_link_joins_in_their_middles():
         sensors={"R": fb.Reaction("link")}
         | {f"l{place}": fb.SectionForces("l", place) for place in ("0.2", "0.49", "0.5", "0.9")},
     )  # fmt: skip
-    found = fb.equilibrium(model).to_numpy()
-    assert found[1] == pytest.approx(carried, rel=1e-4)
-    Q = found[3::3]
-    np.testing.assert_allclose(Q, carried / 2 * np.array([-1, -1, 1, 1]), rtol=1e-4)
+    outputs = fb.equilibrium(model).to_numpy()
+    assert outputs[1] == pytest.approx(link_force, rel=1e-4)
+    Q = outputs[3::3]
+    np.testing.assert_allclose(Q, link_force / 2 * np.array([-1, -1, 1, 1]), rtol=1e-4)
 
 
-def pivoted(elements, **options):
+def beam_on_pivot(elements, **options):
     """A free beam on a pivot at 0.4 of its length."""
     return fb.Mechanism(
         bodies={"b": member(elements, height=0.2, **options)},
@@ -158,14 +162,17 @@ def test_modes_of_a_beam_on_a_pivot():
         return np.linalg.det([at_pivot, *end[2:]])
 
     exact = roots(determinant, np.linspace(300, 3000, 200))
-    found = fb.modes(pivoted(10), 3, about="start").frequency.to_numpy()
-    np.testing.assert_allclose(found[1:], exact, rtol=3e-4)  # the first is the free swing
+    frequencies = fb.modes(beam_on_pivot(10), 3, about="start").frequency.to_numpy()
+    np.testing.assert_allclose(frequencies[1:], exact, rtol=3e-4)  # the first is the free swing
 
 
 def test_a_seesaw_keeps_its_energy_and_the_pivot_bears_the_jump():
     """The sections beside the pivot differ by its force, along and across the sections."""
     run = fb.simulate(
-        pivoted(5), duration=0.2, step=1e-3, integrator=fb.GeneralizedAlpha(spectral_radius=1.0)
+        beam_on_pivot(5),
+        duration=0.2,
+        step=1e-3,
+        integrator=fb.GeneralizedAlpha(spectral_radius=1.0),
     ).to_numpy()
     energy = run[:3].sum(axis=0)
     assert np.ptp(energy) < 5e-6 * np.ptp(run[2])
@@ -182,20 +189,24 @@ def test_samples_of_divided_members_do_not_depend_on_each_other():
             poissons_ratio=NU, elements=5, curvature=0.3,
         )  # fmt: skip
         clamp = {"w": fb.Weld("b.start", (0.0, 0.0))}
-        return supported(beam, {"F": fb.Force("b.0.7", y=-30.0)}, ["0.3", "0.7"], clamp)
+        return beam_on_supports(beam, {"F": fb.Force("b.0.7", y=-30.0)}, ["0.3", "0.7"], clamp)
 
     length, factor = np.array([1.0, 1.3, 0.8]), np.array([[1.0], [1.2], [0.9]])
-    together = fb.equilibrium(build(length, lambda x: E * factor * (1 + x))).to_numpy()
+    batch = fb.equilibrium(build(length, lambda x: E * factor * (1 + x))).to_numpy()
     for k in range(3):
-        alone = build(length[k : k + 1], lambda x, k=k: E * factor[k] * (1 + x))
-        np.testing.assert_array_equal(fb.equilibrium(alone).to_numpy(), together[k])
+        mechanism = build(length[k : k + 1], lambda x, k=k: E * factor[k] * (1 + x))
+        np.testing.assert_array_equal(fb.equilibrium(mechanism).to_numpy(), batch[k])
 
 
 @pytest.mark.parametrize("kind", ["beam", "cable"])
 def test_elements_are_shared_among_the_parts(kind):
     def mesh(elements, *points, parts=1):
         loads = {point: fb.Force(f"b.{point}", y=1.0) for point in points}
-        return supported(member(elements, kind=kind), loads, []).refined(parts).model.member("b")[0]
+        return (
+            beam_on_supports(member(elements, kind=kind), loads, [])
+            .refined(parts)
+            .model.member("b")[0]
+        )
 
     even = mesh(4, "start", "1.0", parts=2)
     assert even.mesh.even
@@ -206,10 +217,12 @@ def test_elements_are_shared_among_the_parts(kind):
     assert uneven.size == 7 * uneven.per_node
     assert uneven.located("0.3") == 2
     assert uneven.located("node 3") == pytest.approx(2 + 9 / 7)
-    finer = mesh(5, "0.3", parts=3)
-    np.testing.assert_allclose(finer.element_lengths[0], np.repeat(uneven.element_lengths / 3, 3))
-    assert finer.elements == 15
-    assert finer.located("node 5") == 15
+    refined_member = mesh(5, "0.3", parts=3)
+    np.testing.assert_allclose(
+        refined_member.element_lengths[0], np.repeat(uneven.element_lengths / 3, 3)
+    )
+    assert refined_member.elements == 15
+    assert refined_member.located("node 5") == 15
     np.testing.assert_array_equal(mesh(4, "0.5", "0.501", "0.999").mesh.doubled, [2])  # too close
 
 
@@ -218,4 +231,4 @@ def test_too_few_elements_are_warned_of():
     with pytest.warns(
         fb.errors.ResolutionWarning, match="2 elements but 3 parts .* elements=3 or more"
     ):
-        fb.equilibrium(supported(member(2), loads, ["0.1"]))
+        fb.equilibrium(beam_on_supports(member(2), loads, ["0.1"]))

@@ -36,9 +36,9 @@ def test_points_are_where_the_axes_put_them_however_the_centre_lies():
             sensors={"p": fb.Position("b.p")},
         )
 
-    here = motion((0.2, -0.1), (0.0, 0.0))
-    there = motion((0.2, -0.1), (0.7, -0.4))
-    np.testing.assert_allclose(here, there, atol=1e-9)
+    reference = motion((0.2, -0.1), (0.0, 0.0))
+    shifted_motion = motion((0.2, -0.1), (0.7, -0.4))
+    np.testing.assert_allclose(reference, shifted_motion, atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -114,9 +114,9 @@ def test_outlines_that_do_not_touch_themselves_are_not_refused(vertices):
 
 @pytest.mark.filterwarnings("ignore::flexband.errors.FlexbandWarning")
 def test_whole_numbers_of_any_size_are_numbers():
-    body, same = (fb.RigidBody(mass=1, inertia=1, angle=a, rate=a) for a in (10**30, 1e30))
-    np.testing.assert_array_equal(body.coordinates(), same.coordinates())
-    np.testing.assert_array_equal(body.velocities(), same.velocities())
+    body, float_body = (fb.RigidBody(mass=1, inertia=1, angle=a, rate=a) for a in (10**30, 1e30))
+    np.testing.assert_array_equal(body.coordinates(), float_body.coordinates())
+    np.testing.assert_array_equal(body.velocities(), float_body.velocities())
 
 
 TWO = np.ones(2)

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 
 import flexband as fb
-from tests.mechanics.models import STEEL, clamped, tip_compliance
+from tests.mechanics.models import STEEL, clamped_member, tip_compliance
 
 
 def test_a_tapered_cantilever():
@@ -41,9 +41,9 @@ def test_sections_carry_their_area_and_second_moment(name):
     }[name]
     exact = 1 / (3 * E * second) + 1 / (k * G * area)
     assert float(tip_compliance(beam)) == pytest.approx(exact, rel=2e-3)
-    sailing = fb.Beam(length=1.0, section=section, elements=2, velocity=(2.0, 0.0), **STEEL)
-    free = fb.Mechanism(bodies={"m": sailing}, sensors={"E": fb.KineticEnergy()})
-    energy = fb.simulate(free, duration=1e-3, step=1e-3)[0, 0]
+    moving_beam = fb.Beam(length=1.0, section=section, elements=2, velocity=(2.0, 0.0), **STEEL)
+    model = fb.Mechanism(bodies={"m": moving_beam}, sensors={"E": fb.KineticEnergy()})
+    energy = fb.simulate(model, duration=1e-3, step=1e-3)[0, 0]
     assert float(energy) == pytest.approx(2 * 7800.0 * area, rel=1e-8)
 
 
@@ -51,11 +51,11 @@ def test_moments_of_sections_against_integrals():
     def value(name, number, check):
         return np.asarray(number, dtype=float)
 
-    for section, wide in (
+    for section, width_at in (
         (fb.sections.Circle(2.0), lambda y: 2 * np.sqrt(1 - y**2)),
         (fb.sections.Rectangle(2.0, 0.7), lambda y: 0.7),
     ):
-        exact = [quad(lambda y, k=k, w=wide: y**k * w(y), -1, 1)[0] for k in (0, 2, 4)]
+        exact = [quad(lambda y, k=k, w=width_at: y**k * w(y), -1, 1)[0] for k in (0, 2, 4)]
         np.testing.assert_allclose(np.ravel(section.moments(value)), exact, rtol=1e-7)
 
 
@@ -82,4 +82,4 @@ def test_a_hole_wider_than_the_tube_is_refused():
         length=1.0, elements=2, section=fb.sections.Circle(0.1, lambda x: 0.2 * x), **STEEL
     )
     with pytest.raises(fb.errors.InputError, match="inner_diameter"):
-        fb.equilibrium(clamped(beam, {}))
+        fb.equilibrium(clamped_member(beam, {}))

@@ -10,15 +10,15 @@ RUBBER = {"density": 1000.0, "youngs_modulus": 1e9, "poissons_ratio": 0.3}
 
 
 CONTINUA = [fb.sections.SelectiveIntegration(), fb.sections.FullIntegration()]
-OWN = 100.0 * 1e-2 * 0.1**2 / 12
+SECTION_INERTIA = 100.0 * 1e-2 * 0.1**2 / 12
 
 
-def spinning(inertia, integration=None, youngs_modulus=1e6):
-    """Return the speed of a free beam, given 10 rad/s, whose section has the rotary inertia OWN."""
+def middle_rate(inertia, integration=None, youngs_modulus=1e6):
+    """Return the speed of a free beam of `SECTION_INERTIA` that starts with 10 rad/s."""
     beam = fb.Beam(
-        length=1.0, section=fb.sections.GeneralSection(1e-2, OWN / 100.0), density=100.0,
-        youngs_modulus=youngs_modulus, poissons_ratio=0.3, elements=4, rotary_inertia=inertia,
-        rate=10.0, integration=integration,
+        length=1.0, section=fb.sections.GeneralSection(1e-2, SECTION_INERTIA / 100.0),
+        density=100.0, youngs_modulus=youngs_modulus, poissons_ratio=0.3, elements=4,
+        rotary_inertia=inertia, rate=10.0, integration=integration,
     )  # fmt: skip
     model = fb.Mechanism(bodies={"b": beam}, sensors={"w": fb.AngularVelocity("b.middle")})
     return fb.simulate(model, duration=0.5, step=1e-3)
@@ -27,21 +27,25 @@ def spinning(inertia, integration=None, youngs_modulus=1e6):
 @pytest.mark.parametrize("inertia", [1.0, 10.0])
 def test_a_beam_of_large_rotary_inertia_keeps_its_speed(inertia):
     """The section's direction must not grow where much inertia pulls at it."""
-    np.testing.assert_allclose(spinning(inertia), 10.0, rtol=1.5e-3)
+    np.testing.assert_allclose(middle_rate(inertia), 10.0, rtol=1.5e-3)
 
 
 @pytest.mark.parametrize("integration", CONTINUA)
 def test_a_continuum_keeps_its_speed_or_refuses_its_rotary_inertia(integration):
     """At 1e8 Pa its axis stretches by at most ρω²L²/8E = 1.25e-5."""
     for factor in (1.0, 10.0):
-        rate = spinning(factor * OWN, integration, youngs_modulus=1e8)
+        rate = middle_rate(factor * SECTION_INERTIA, integration, youngs_modulus=1e8)
         np.testing.assert_allclose(rate.mean(), 10.0, rtol=6e-5)
     message = r"at most 0\.00833, 10 times that of the section, .* got 0\.00842\. Leave integration"
-    for too_much in (10.1 * OWN, np.array([OWN, 10.1 * OWN]), lambda x: 10.1 * OWN + 0 * x):
+    for inertia in (
+        10.1 * SECTION_INERTIA,
+        np.array([SECTION_INERTIA, 10.1 * SECTION_INERTIA]),
+        lambda x: 10.1 * SECTION_INERTIA + 0 * x,
+    ):
         with pytest.raises(
             fb.errors.InputError, match="body 'b': Beam rotary_inertia .*" + message
         ):
-            spinning(too_much, integration)
+            middle_rate(inertia, integration)
 
 
 def arc(ratio, **section):
@@ -79,7 +83,7 @@ def test_stress_of_a_thick_arc_is_winklers(ratio, shape):
 def test_an_arc_whose_inside_lies_beyond_its_centre_is_refused(ratio):
     with pytest.raises(fb.errors.InputError, match=r"curvature \[1/m\] must be between -2/height"):
         fb.Beam(length=0.05, height=0.1, width=0.1, curvature=1 / (0.1 * ratio), **RUBBER)
-    varying = fb.Beam(
+    body = fb.Beam(
         elements=4,
         length=0.05,
         height=0.1,
@@ -89,7 +93,7 @@ def test_an_arc_whose_inside_lies_beyond_its_centre_is_refused(ratio):
     )
     with pytest.raises(fb.errors.InputError, match="body 'b': Beam curvature"):
         fb.simulate(
-            fb.Mechanism(bodies={"b": varying}, sensors={"b": fb.Position("b.end")}),
+            fb.Mechanism(bodies={"b": body}, sensors={"b": fb.Position("b.end")}),
             duration=1e-3, step=1e-4,
         )  # fmt: skip
 
@@ -118,10 +122,10 @@ def test_modes_of_thickness_are_marked_and_left_out(ratio):
     bending = roots(determinant, np.linspace(50, 7000, 700))
     axial = 1000.0 / (4 * length) * np.arange(1, 20, 2)
     exact = np.sort([*bending, *axial])[:9]
-    found = fb.modes(model, 9, about="start")
-    assert not found["thickness"].any()
-    np.testing.assert_allclose(found["frequency"], exact, rtol=1e-3)
-    every = fb.modes(model, 40, about="start", thickness=True)
-    others = every["frequency"][~every["thickness"]][:9]
-    np.testing.assert_allclose(others, found["frequency"], rtol=1e-9)
-    assert every["thickness"].sum() > 10
+    modes = fb.modes(model, 9, about="start")
+    assert not modes["thickness"].any()
+    np.testing.assert_allclose(modes["frequency"], exact, rtol=1e-3)
+    all_modes = fb.modes(model, 40, about="start", thickness=True)
+    frequencies = all_modes["frequency"][~all_modes["thickness"]][:9]
+    np.testing.assert_allclose(frequencies, modes["frequency"], rtol=1e-9)
+    assert all_modes["thickness"].sum() > 10

@@ -17,61 +17,61 @@ AREA = HEIGHT**2
 SECOND = HEIGHT**4 / 12
 
 
-def clamped(loads, **changes):
-    own = {"length": LENGTH, "height": HEIGHT, "width": HEIGHT, "density": 1000.0,
+def cantilever(loads, **changes):
+    properties = {"length": LENGTH, "height": HEIGHT, "width": HEIGHT, "density": 1000.0,
            "youngs_modulus": MODULUS, "poissons_ratio": 0.4, "elements": 4,
            "retardation_time": 1e-2}  # fmt: skip
     return fb.Mechanism(
-        bodies={"b": fb.Beam(**(own | changes))},
+        bodies={"b": fb.Beam(**(properties | changes))},
         joints={"clamp": fb.Weld("b.start", (0.0, 0.0))},
         loads=loads,
         sensors={"end": fb.Position("b.end")},
     )
 
 
-def told(compute):
-    with warnings.catch_warnings(record=True) as caught:
+def strain_warnings(compute):
+    with warnings.catch_warnings(record=True) as records:
         warnings.simplefilter("always")
         compute()
-    return [str(w.message) for w in caught if w.category is StrainWarning]
+    return [str(w.message) for w in records if w.category is StrainWarning]
 
 
-def pulled(strain, **changes):
-    return clamped({"F": fb.Force("b.end", x=MODULUS * AREA * np.asarray(strain))}, **changes)
+def tension_bar(strain, **changes):
+    return cantilever({"F": fb.Force("b.end", x=MODULUS * AREA * np.asarray(strain))}, **changes)
 
 
 def test_a_member_that_is_stretched_at_rest_is_warned_of():
-    assert told(lambda: fb.equilibrium(pulled(0.08))) == []
-    (text,) = told(lambda: fb.equilibrium(pulled(0.25)))
+    assert strain_warnings(lambda: fb.equilibrium(tension_bar(0.08))) == []
+    (text,) = strain_warnings(lambda: fb.equilibrium(tension_bar(0.25)))
     assert text.startswith("'b' is stretched by 25 %, beyond linear elasticity, whose strains")
-    (text,) = told(lambda: fb.equilibrium(pulled(np.array([0.05, 0.2, 0.15]))))
+    (text,) = strain_warnings(lambda: fb.equilibrium(tension_bar(np.array([0.05, 0.2, 0.15]))))
     assert text.startswith("in sample 1, 'b' is stretched by 20 %, ")
 
 
 def test_a_member_whose_surface_is_strained_by_bending_is_warned_of():
-    def bent(strain, **changes):
+    def bending_bar(strain, **changes):
         moment = MODULUS * SECOND * strain / (HEIGHT / 2)
-        return clamped({"M": fb.Moment("b.end", moment)}, elements=16, **changes)
+        return cantilever({"M": fb.Moment("b.end", moment)}, elements=16, **changes)
 
-    assert told(lambda: fb.equilibrium(bent(0.08), steps=20)) == []
-    (text,) = told(lambda: fb.equilibrium(bent(0.12), steps=20))
+    assert strain_warnings(lambda: fb.equilibrium(bending_bar(0.08), steps=20)) == []
+    (text,) = strain_warnings(lambda: fb.equilibrium(bending_bar(0.12), steps=20))
     assert text.startswith("'b' is bent so much that its surface is strained by 12 %, ")
-    curved = clamped({}, elements=16, curvature=0.2 / (HEIGHT / 2))
-    assert told(lambda: fb.equilibrium(curved)) == []
-    assert told(lambda: fb.simulate(curved, duration=0.01, step=1e-3)) == []
+    arc = cantilever({}, elements=16, curvature=0.2 / (HEIGHT / 2))
+    assert strain_warnings(lambda: fb.equilibrium(arc)) == []
+    assert strain_warnings(lambda: fb.simulate(arc, duration=0.01, step=1e-3)) == []
 
 
 def test_the_largest_strain_of_a_motion_is_told_with_its_time():
     def ramp(t):
         return MODULUS * AREA * 0.3 * t
 
-    mechanism = clamped({"F": fb.Force("b.end", x=ramp)})
-    (text,) = told(lambda: fb.simulate(mechanism, duration=1.0, step=5e-3))
+    mechanism = cantilever({"F": fb.Force("b.end", x=ramp)})
+    (text,) = strain_warnings(lambda: fb.simulate(mechanism, duration=1.0, step=5e-3))
     strain = float(text.split()[4])
     time = float(text.split()[10])
     assert time == pytest.approx(1.0, abs=0.05)
     assert strain == pytest.approx(30 * time, abs=1.5)
-    assert told(lambda: fb.simulate(mechanism, duration=0.3, step=5e-3)) == []
+    assert strain_warnings(lambda: fb.simulate(mechanism, duration=0.3, step=5e-3)) == []
 
 
 def test_a_four_bar_that_cannot_be_closed_stretches_its_coupler():
@@ -96,29 +96,32 @@ def test_a_four_bar_that_cannot_be_closed_stretches_its_coupler():
         },
         sensors={"bend": fb.Deflection("coupler")},
     )  # fmt: skip
-    (text,) = told(lambda: fb.simulate(mechanism, duration=3.5, step=2e-3))
+    (text,) = strain_warnings(lambda: fb.simulate(mechanism, duration=3.5, step=2e-3))
     assert text.startswith("'coupler' is stretched by 13 % at about t = 1.")
 
 
 def test_a_study_tells_it_once():
     def builder(strain):
-        return pulled(strain)
+        return tension_bar(strain)
 
     response = fb.static_response(builder)
     inputs = {"strain": fb.Uniform(0.15, 0.25)}
     method = fb.MonteCarlo(30, 2)
-    assert len(told(lambda: fb.propagate(response, inputs, method, batch=8))) == 1
+    assert len(strain_warnings(lambda: fb.propagate(response, inputs, method, batch=8))) == 1
 
 
 def test_new_runs_that_verify_a_study_do_not_tell_it_again():
     def builder(strain):
-        return pulled(strain)
+        return tension_bar(strain)
 
     response = fb.static_response(builder)
     inputs = {"strain": fb.Interval(0.15, 0.25)}
-    found = []
-    assert len(told(lambda: found.append(fb.expand(response, inputs, fb.PCCI(1, 3))))) == 1
-    assert told(lambda: fb.verify(found[0], response, runs=4).verification) == []
+    expansions = []
+    assert (
+        len(strain_warnings(lambda: expansions.append(fb.expand(response, inputs, fb.PCCI(1, 3)))))
+        == 1
+    )
+    assert strain_warnings(lambda: fb.verify(expansions[0], response, runs=4).verification) == []
 
 
 def test_states_are_kept_at_scattered_steps_of_a_run():

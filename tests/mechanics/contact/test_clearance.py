@@ -13,7 +13,7 @@ from flexband import contact
 EXAMPLES = Path(__file__).parents[3] / "examples"
 
 
-def chosen(tolerance, **options):
+def integrator_of(tolerance, **options):
     return fb.GeneralizedAlpha(step_tolerance=tolerance, **options)
 
 
@@ -34,7 +34,7 @@ def worn_pin(clearance, law=None):
     slider = fb.PointMass(mass=0.14, position=(r + length, 0.0))
     crank = fb.RigidBody(mass=1.0, inertia=1e-3, points={"end": (r, 0.0)}, rate=SPEED)
     acceleration = fb.sensors.Smallest(fb.Acceleration("slider"))
-    later = fb.sensors.Smallest(fb.Acceleration("slider"), window=(0.012, 1.0))
+    late_acceleration = fb.sensors.Smallest(fb.Acceleration("slider"), window=(0.012, 1.0))
     return fb.Mechanism(
         bodies={"crank": crank, "rod": rod, "slider": slider},
         joints={
@@ -44,7 +44,7 @@ def worn_pin(clearance, law=None):
             "guide": fb.Slot("slider", (0.0, 0.0)),
             "pin": fb.Revolute("rod.pin", "slider", clearance=clearance, law=law),
         },
-        sensors={"c": contact.Contacts("pin"), "a": acceleration, "later": later},
+        sensors={"c": contact.Contacts("pin"), "a": acceleration, "later": late_acceleration},
     )
 
 
@@ -55,16 +55,18 @@ def test_the_pin_of_flores_has_its_impacts():
     Flores is damped by more than its restitution tells.
     """
     clearances = np.array([0.5e-3, 0.2e-3, 0.1e-3])
-    published = [[0.2273, 0.6254, 0.7349], [0.1436, 0.4360, 0.7713], [0.1015, 0.3328, 0.572]]
+    literature = [[0.2273, 0.6254, 0.7349], [0.1436, 0.4360, 0.7713], [0.1015, 0.3328, 0.572]]
     motion = fb.simulate(
-        worn_pin(clearances), duration=1e-3, step=1e-4, integrator=chosen(1e-8)
+        worn_pin(clearances), duration=1e-3, step=1e-4, integrator=integrator_of(1e-8)
     ).isel(time=-1)
     instants = 1e3 * motion.sel(output=["c_t1", "c_t2", "c_t3"]).values
-    np.testing.assert_allclose(instants[:, :2], np.array(published)[:, :2], rtol=1e-3)
-    np.testing.assert_allclose(instants[:, 2], np.array(published)[:, 2], rtol=1.2e-3)
-    first = fb.simulate(worn_pin(clearances), duration=4e-4, step=1e-5, integrator=chosen(1e-8))
-    for n, until in enumerate((4e-4, 3e-4, 2e-4)):
-        largest = -first[n].sel(output="a_X").sel(time=until, method="nearest")
+    np.testing.assert_allclose(instants[:, :2], np.array(literature)[:, :2], rtol=1e-3)
+    np.testing.assert_allclose(instants[:, 2], np.array(literature)[:, 2], rtol=1.2e-3)
+    first = fb.simulate(
+        worn_pin(clearances), duration=4e-4, step=1e-5, integrator=integrator_of(1e-8)
+    )
+    for n, time in enumerate((4e-4, 3e-4, 2e-4)):
+        largest = -first[n].sel(output="a_X").sel(time=time, method="nearest")
         assert float(largest) == pytest.approx((327_400, 201_600, 143_150)[n], rel=1e-2)
 
 
@@ -72,21 +74,25 @@ def test_the_pin_of_flores_has_its_impacts():
 def test_a_small_clearance_has_its_impacts_at_the_start_of_three_turns():
     """Then the pin stays at its hole, and vibrates there with little damping."""
     coarse, fine = (
-        fb.simulate(worn_pin(1e-4), duration=0.036, step=1.2e-3, integrator=chosen(tolerance))
+        fb.simulate(
+            worn_pin(1e-4), duration=0.036, step=1.2e-3, integrator=integrator_of(tolerance)
+        )
         for tolerance in (1e-7, 1e-9)
     )
     for motion in (coarse, fine):
         number = motion.sel(output="c_number").values
         assert 10 <= number[-1] <= 14
         assert number[2] == number[-1]
-    later = [-float(motion.sel(output="later_X")[-1]) for motion in (coarse, fine)]
-    assert later[0] == pytest.approx(later[1], rel=6e-2)
+    accelerations = [-float(motion.sel(output="later_X")[-1]) for motion in (coarse, fine)]
+    assert accelerations[0] == pytest.approx(accelerations[1], rel=6e-2)
 
 
 def test_half_the_tolerance_changes_the_first_impacts_by_less_than_its_share():
     clearances = np.linspace(1e-4, 5e-4, 8)
     first, second = (
-        fb.simulate(worn_pin(clearances), duration=6e-4, step=1e-4, integrator=chosen(tolerance))
+        fb.simulate(
+            worn_pin(clearances), duration=6e-4, step=1e-4, integrator=integrator_of(tolerance)
+        )
         .isel(time=-1)
         .sel(output=["c_t1", "c_t2"])
         for tolerance in (1e-7, 5e-8)
@@ -98,19 +104,19 @@ def slider(clearance, tolerance=1e-8):
     """Return where the slider is, after the first impact of all."""
     motion = fb.simulate(
         replace(worn_pin(clearance), sensors={"x": fb.Position("slider")}),
-        duration=4e-4, step=1e-4, integrator=chosen(tolerance),
+        duration=4e-4, step=1e-4, integrator=integrator_of(tolerance),
     )  # fmt: skip
     return motion.sel(output="x_X").values[..., -1]
 
 
 def test_a_sample_with_clearance_does_not_depend_on_its_neighbours():
     clearances = np.linspace(1e-4, 3e-4, 11)
-    together = slider(clearances)
+    batch = slider(clearances)
     order = np.random.default_rng(0).permutation(11)
-    np.testing.assert_array_equal(slider(clearances[order]), together[order])
+    np.testing.assert_array_equal(slider(clearances[order]), batch[order])
     for k in (0, 10):
-        assert slider(clearances[k]) == together[k]
-        np.testing.assert_array_equal(slider(np.full(8, clearances[k])), np.full(8, together[k]))
+        assert slider(clearances[k]) == batch[k]
+        np.testing.assert_array_equal(slider(np.full(8, clearances[k])), np.full(8, batch[k]))
 
 
 def test_the_noise_of_a_clearance_is_within_the_tolerance():
@@ -153,7 +159,7 @@ def test_a_follower_lifts_off_at_the_speed_of_its_spring():
     law = contact.KeepsRestitution(stiffness=1e9, exponent=1.0)
     model = train["valve_train"](exact * np.array([0.9985, 1.0015]), law)
     turn = 2 * np.pi / exact
-    motion = fb.simulate(model, duration=turn, step=turn / 20, integrator=chosen(1e-9))
+    motion = fb.simulate(model, duration=turn, step=turn / 20, integrator=integrator_of(1e-9))
     number = motion.isel(time=-1).sel(output="landings_number").values
     assert number[0] == 0
     assert number[1] > 0

@@ -24,7 +24,7 @@ def damping_ratio(e):
 def foot(law, height):
     """A machine of 10 kg on a foot that it presses in by 0.981 mm, shaken from 3 s on."""
 
-    def shaken(t):
+    def shaking_force(t):
         return np.where(t > 3.0, FORCE * np.sin(2 * np.pi * FREQUENCY * t), 0.0)
 
     stop = contact.Stop(
@@ -33,7 +33,11 @@ def foot(law, height):
     return fb.Mechanism(
         bodies={"m": fb.PointMass(mass=10.0, position=(0.0, height))},
         joints={"guide": fb.Slot("m", (0.0, 0.0), (0.0, 1.0))},
-        loads={"g": fb.Force("m", 0.0, -WEIGHT), "foot": stop, "F": fb.Force("m", 0.0, shaken)},
+        loads={
+            "g": fb.Force("m", 0.0, -WEIGHT),
+            "foot": stop,
+            "F": fb.Force("m", 0.0, shaking_force),
+        },
         sensors={"y": fb.Position("m")},
     )
 
@@ -58,8 +62,8 @@ def test_a_foot_is_the_spring_that_it_is(law, height):
     motion = fb.simulate(model, duration=6.0, step=0.005).sel(output=["y_Y"])
     r = 2 * np.pi * FREQUENCY / np.sqrt(1e5 / 10.0)
     exact = FORCE / 1e5 / np.hypot(1 - r**2, 2 * damping_ratio(e) * r)
-    allowed = 1e-2 if height > 0.01 else 2e-3  # a fast impact damps less until it is forgotten
-    np.testing.assert_allclose(amplitude(motion, FREQUENCY, 2.0), exact, rtol=allowed)
+    tolerance = 1e-2 if height > 0.01 else 2e-3  # a fast impact damps less until it is forgotten
+    np.testing.assert_allclose(amplitude(motion, FREQUENCY, 2.0), exact, rtol=tolerance)
     np.testing.assert_allclose(exact, 0.444e-3, rtol=0.04)
 
 
@@ -92,11 +96,11 @@ def test_a_bolt_takes_its_share_of_the_force(kind, e):
     """A joint of 1e8 N/m that 2000 N preload is pulled by ± 500 N: k/(k + K) of it, 83.3 N."""
     law = contact.KeepsRestitution(stiffness=1e8, restitution=e, exponent=1.0)
     points = ("flange", (0.0, 0.0))
-    closed = {"closed_at_start": True}
+    options = {"closed_at_start": True}
     joint = (
-        contact.Stop(*points, law, lower=0.0, axis=(0.0, 1.0), **closed)
+        contact.Stop(*points, law, lower=0.0, axis=(0.0, 1.0), **options)
         if kind == "stop"
-        else contact.Contact(*points, contact.CircleOnLine(), law, **closed)
+        else contact.Contact(*points, contact.CircleOnLine(), law, **options)
     )
     bolt = fb.Spring("flange", (0.0, -0.1), stiffness=2e7, rest_length=0.1 - 2e-5 - 1e-4)
     model = fb.Mechanism(

@@ -28,11 +28,11 @@ def test_bad_laws(law, options, message):
 
 
 @pytest.mark.parametrize(
-    ("law", "least"),
+    ("law", "lower_limit"),
     [(contact.KeepsRestitution, "0.01"), (contact.HuntCrossley, "0"), (contact.Flores, "0.01")],
 )
-def test_restitutions_above_one(law, least):
-    message = f"{law.__name__} restitution must be from {least} to 1; got 1.1"
+def test_restitutions_above_one(law, lower_limit):
+    message = f"{law.__name__} restitution must be from {lower_limit} to 1; got 1.1"
     with pytest.raises(fb.errors.InputError, match=re.escape(message)):
         law(stiffness=1.0, restitution=np.array([0.5, 1.1]))
 

@@ -14,7 +14,7 @@ LAWS = (
 )
 
 
-def chosen(tolerance, **options):
+def integrator_of(tolerance, **options):
     return fb.GeneralizedAlpha(step_tolerance=tolerance, **options)
 
 
@@ -28,8 +28,8 @@ def chosen(tolerance, **options):
     ],
 )
 def test_the_effective_restitution_of_laws_is_that_of_the_literature(law, effective):
-    given = law(stiffness=1.0, restitution=np.array([0.9, 0.5, 0.1]))
-    np.testing.assert_allclose(given.effective_restitution, effective, rtol=0, atol=6e-4)
+    contact_law = law(stiffness=1.0, restitution=np.array([0.9, 0.5, 0.1]))
+    np.testing.assert_allclose(contact_law.effective_restitution, effective, rtol=0, atol=6e-4)
 
 
 def test_restitutions_near_one_are_kept():
@@ -58,19 +58,19 @@ def two_bodies(law):
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("exponent", [1.0, 1.5])
 def test_free_bodies_part_with_the_effective_restitution(law, exponent):
-    given = law(
+    contact_law = law(
         stiffness=1e8, restitution=np.array([0.9, 0.5, 0.1]), exponent=exponent
     )  # fmt: skip
     tolerance = 1e-10 if exponent == 1.0 else 1e-9
     motion = fb.simulate(
-        two_bodies(given), duration=0.1, step=0.01, integrator=chosen(tolerance)
+        two_bodies(contact_law), duration=0.1, step=0.01, integrator=integrator_of(tolerance)
     ).isel(time=-1)
     e = (motion.sel(output="b_X") - motion.sel(output="a_X")) / 2.0
-    np.testing.assert_allclose(e, given.effective_restitution, rtol=0, atol=1e-5)
+    np.testing.assert_allclose(e, contact_law.effective_restitution, rtol=0, atol=1e-5)
     momentum = motion.sel(output="a_X") + 3.0 * motion.sel(output="b_X")
     np.testing.assert_allclose(momentum, 4.0, rtol=1e-9)
-    lost = 0.5 * 0.75 * 4.0 * (1.0 - given.effective_restitution**2)
-    np.testing.assert_allclose(motion.sel(output="c_energy"), lost, rtol=1.5e-4)
+    energy_loss = 0.5 * 0.75 * 4.0 * (1.0 - contact_law.effective_restitution**2)
+    np.testing.assert_allclose(motion.sel(output="c_energy"), energy_loss, rtol=1.5e-4)
     np.testing.assert_array_equal(motion.sel(output="c_number"), 1.0)
     np.testing.assert_allclose(motion.sel(output="c_t1"), 0.05, rtol=1e-7)
     assert np.isnan(motion.sel(output="c_t2")).all()
@@ -97,13 +97,13 @@ def test_an_impact_without_damping_is_that_of_hertz():
     model = floor(
         contact.KeepsRestitution(stiffness=K), mass=m, position=(0.0, 0.01), velocity=(0.0, -v)
     )
-    integrator = chosen(1e-9, spectral_radius=1.0)
+    integrator = integrator_of(1e-9, spectral_radius=1.0)
     motion = fb.simulate(model, duration=0.02, step=0.002, integrator=integrator).isel(time=-1)
     depth = (5.0 * m * v * v / (4.0 * K)) ** 0.4
     speed = motion.sel(output="v_Y").values
-    left = 0.02 - motion.sel(output="x_Y").values / speed - 0.01 / v
+    contact_time = 0.02 - motion.sel(output="x_Y").values / speed - 0.01 / v
     np.testing.assert_allclose(speed, v, rtol=1e-5)
-    np.testing.assert_allclose(left, 2.94328 * depth / v, rtol=1e-4)
+    np.testing.assert_allclose(contact_time, 2.94328 * depth / v, rtol=1e-4)
     np.testing.assert_allclose(motion.sel(output="low_Y"), -depth, rtol=2e-4)
     np.testing.assert_allclose(motion.sel(output="c_force"), K * depth**1.5, rtol=3e-4)
 
@@ -113,23 +113,23 @@ def test_a_ball_bounces_at_the_instants_of_its_restitution():
     g = 9.81
     height = 1.0
     for law in LAWS:
-        given = law(stiffness=1e12, restitution=np.array([0.7, 0.8]))
-        model = floor(given, mass=1.0, position=(0.0, height))
+        contact_law = law(stiffness=1e12, restitution=np.array([0.7, 0.8]))
+        model = floor(contact_law, mass=1.0, position=(0.0, height))
         model = fb.Mechanism(
             bodies=model.bodies,
             loads={**model.loads, "g": fb.Gravity(y=-g)},
             sensors={"c": model.sensors["c"]},
         )
-        motion = fb.simulate(model, duration=4.5, step=0.1, integrator=chosen(1e-8))
+        motion = fb.simulate(model, duration=4.5, step=0.1, integrator=integrator_of(1e-8))
         first = np.sqrt(2.0 * height / g)
-        e = given.effective_restitution[:, None]
+        e = contact_law.effective_restitution[:, None]
         flights = 2.0 * first * e ** np.arange(1, 10)
         instants = first + np.concatenate([np.zeros((2, 1)), np.cumsum(flights, axis=1)], axis=1)
         outputs = [f"c_t{k}" for k in range(1, 11)]
-        done = instants < 4.5
-        computed = motion.isel(time=-1).sel(output=outputs).values
-        np.testing.assert_allclose(computed[done], instants[done], rtol=1e-3)
-        assert done.sum() >= 15
+        in_run = instants < 4.5
+        impact_times = motion.isel(time=-1).sel(output=outputs).values
+        np.testing.assert_allclose(impact_times[in_run], instants[in_run], rtol=1e-3)
+        assert in_run.sum() >= 15
 
 
 @pytest.mark.parametrize("rate", [2.0, -2.0])
@@ -145,7 +145,9 @@ def test_an_angular_stop_turns_a_bar_back(rate):
         sensors={"a": fb.AngularVelocity("a"), "b": fb.AngularVelocity("b"),
                  "c": contact.Contacts("stop", first=1, angular=True)},
     )  # fmt: skip
-    motion = fb.simulate(model, duration=0.1, step=0.01, integrator=chosen(1e-10)).isel(time=-1)
+    motion = fb.simulate(model, duration=0.1, step=0.01, integrator=integrator_of(1e-10)).isel(
+        time=-1
+    )
     a = motion.sel(output="a").values
     b = motion.sel(output="b").values
     np.testing.assert_allclose(b - a, e * rate, rtol=1e-5)
@@ -179,7 +181,9 @@ def test_impacts_without_damping_lose_an_energy_that_the_tolerance_states():
     losses = {}
     for radius in (1.0, 0.7):
         for tolerance in (1e-6, 1e-8):
-            loss, number = on_spring(law, integrator=chosen(tolerance, spectral_radius=radius))
+            loss, number = on_spring(
+                law, integrator=integrator_of(tolerance, spectral_radius=radius)
+            )
             assert number == 10
             losses[radius, tolerance] = abs(loss)
     assert losses[1.0, 1e-8] < 5e-8  # 1e-4 in 1000 impacts is 1e-7
@@ -189,11 +193,11 @@ def test_impacts_without_damping_lose_an_energy_that_the_tolerance_states():
 
 def test_impacts_slower_than_the_least_speed_are_damped_less():
     law = contact.KeepsRestitution(stiffness=1e6, restitution=0.5, least_speed=1.0)
-    slow = floor(law, mass=1.0, position=(0.0, 1e-3), velocity=(0.0, -0.01))
-    fast = floor(law, mass=1.0, position=(0.0, 1e-3), velocity=(0.0, -2.0))
+    slow_impact = floor(law, mass=1.0, position=(0.0, 1e-3), velocity=(0.0, -0.01))
+    fast_impact = floor(law, mass=1.0, position=(0.0, 1e-3), velocity=(0.0, -2.0))
     speeds = [
         fb.simulate(model, duration=0.5, step=0.1).isel(time=-1).sel(output="v_Y")
-        for model in (slow, fast)
+        for model in (slow_impact, fast_impact)
     ]
     assert 0.0098 < speeds[0] < 0.01
     assert float(speeds[1]) == pytest.approx(1.0, abs=2e-3)
@@ -210,13 +214,13 @@ def test_a_sample_does_not_depend_on_its_neighbours():
         )
         return fb.simulate(model, duration=0.3, step=0.03).values
 
-    together = motion(restitution)
+    batch = motion(restitution)
     order = np.random.default_rng(0).permutation(11)
-    np.testing.assert_array_equal(motion(restitution[order]), together[order])
+    np.testing.assert_array_equal(motion(restitution[order]), batch[order])
     for k in (0, 5, 10):
-        np.testing.assert_array_equal(motion(float(restitution[k])), together[k])
+        np.testing.assert_array_equal(motion(float(restitution[k])), batch[k])
         clones = motion(np.full(8, restitution[k]))
-        np.testing.assert_array_equal(clones, np.broadcast_to(together[k], clones.shape))
+        np.testing.assert_array_equal(clones, np.broadcast_to(batch[k], clones.shape))
 
 
 @pytest.mark.parametrize("step", [0.05, 0.02, 0.01, 0.005])

@@ -11,7 +11,7 @@ K = 1e6
 RADIUS = 0.05
 
 
-def chosen(tolerance):
+def integrator_of(tolerance):
     return fb.GeneralizedAlpha(step_tolerance=tolerance)
 
 
@@ -38,7 +38,7 @@ def discs(law, **limits):
 def test_an_angular_stop_reverses_the_relative_rate_after_more_than_a_turn():
     """6 rad/s against each other, e = 0.8: the momentum remains, the difference becomes −4.8."""
     motion = fb.simulate(discs(linear(0.8), upper=9.0), duration=2.0, step=0.1,
-                         integrator=chosen(1e-10))  # fmt: skip
+                         integrator=integrator_of(1e-10))  # fmt: skip
     end = motion.isel(time=-1)
     difference = -0.8 * 6.0
     momentum = 0.1 * 5.0 - 0.3 * 1.0
@@ -53,9 +53,9 @@ def test_an_angular_stop_reverses_the_relative_rate_after_more_than_a_turn():
 def test_both_limits_of_an_angular_stop_hold_and_the_second_impact_is_in_time():
     """A half period of the relative vibration is π√(I/K), I = I₁I₂/(I₁ + I₂)."""
     motion = fb.simulate(discs(linear(), lower=-0.3, upper=0.6), duration=0.4, step=0.1,
-                         integrator=chosen(1e-10)).isel(time=-1)  # fmt: skip
-    closed = np.pi * np.sqrt(0.075 / K)
-    exact = [0.1, 0.1 + closed + 0.9 / 6.0]
+                         integrator=integrator_of(1e-10)).isel(time=-1)  # fmt: skip
+    contact_time = np.pi * np.sqrt(0.075 / K)
+    exact = [0.1, 0.1 + contact_time + 0.9 / 6.0]
     np.testing.assert_allclose(motion.sel(output=["c_t1", "c_t2"]), exact, rtol=0, atol=1e-7)
 
 
@@ -64,8 +64,8 @@ def nearest(x, y):
     return min(max(x, -0.2), 0.1), 0.0
 
 
-def pushed(law, place, gravity, begun):
-    """Return ÿ of a ball of 1 kg in contact with what is `nearest`, of its approach `begun`."""
+def rates_of(law, place, gravity, approach_speed):
+    """Return ÿ of a ball of 1 kg in contact with what is `nearest`, for its `approach_speed`."""
     stiffness, damping = law.stiffness, float(law.damping(np.asarray(law.restitution)))
 
     def rates(_, y):
@@ -75,17 +75,18 @@ def pushed(law, place, gravity, begun):
         d = np.hypot(dx, dy)
         depth = RADIUS - d
         rate = -(dx * y[2] + dy * y[3]) / d
-        force = max(stiffness * max(depth, 0.0) * (1 + damping * rate / begun), 0.0)
+        force = max(stiffness * max(depth, 0.0) * (1 + damping * rate / approach_speed), 0.0)
         return [y[2], y[3], force * dx / d, force * dy / d - gravity]
 
     return rates
 
 
-def ball(law, *, position, velocity, gravity, closed=False):
+def ball(law, *, position, velocity, gravity, closed_at_start=False):
     table = contact.CircleOnLine(radius=RADIUS, normal=(0.0, 1.0), ends=(-0.2, 0.1))
     return fb.Mechanism(
         bodies={"m": fb.PointMass(mass=1.0, position=position, velocity=velocity)},
-        loads={"table": contact.Contact("m", (0.0, 0.0), table, law, closed_at_start=closed),
+        loads={"table": contact.Contact(
+                   "m", (0.0, 0.0), table, law, closed_at_start=closed_at_start),
                "g": fb.Gravity(y=-gravity)},
         sensors={"x": fb.Position("m"), "c": contact.Contacts("table", first=1)},
     )  # fmt: skip
@@ -96,11 +97,12 @@ def test_a_ball_rolls_off_the_end_of_a_line():
     law = linear()
     g = 9.81
     start = (0.0, RADIUS - g / K), (0.6, 0.0)
-    motion = fb.simulate(ball(law, position=start[0], velocity=start[1], gravity=g, closed=True),
-                         duration=0.4, step=0.02, integrator=chosen(1e-10))  # fmt: skip
+    motion = fb.simulate(ball(law, position=start[0], velocity=start[1], gravity=g,
+                              closed_at_start=True),
+                         duration=0.4, step=0.02, integrator=integrator_of(1e-10))  # fmt: skip
     y0 = [*start[0], *start[1]]
     t = motion["time"].values
-    exact = solve_ivp(pushed(law, None, g, 1.0), (0, 0.4), y0, "DOP853", t, rtol=1e-11,
+    exact = solve_ivp(rates_of(law, None, g, 1.0), (0, 0.4), y0, "DOP853", t, rtol=1e-11,
                       atol=1e-13, max_step=1e-3)  # fmt: skip
     np.testing.assert_allclose(motion.sel(output=["x_X", "x_Y"]), exact.y[:2], rtol=0, atol=1e-6)
     assert float(motion.sel(output="x_Y")[-1]) < -0.1
@@ -110,18 +112,18 @@ def test_a_ball_rolls_off_the_end_of_a_line():
 def test_a_ball_that_falls_on_the_end_of_a_line_leaves_it_sideways(x):
     law = linear(0.6)
     motion = fb.simulate(ball(law, position=(x, 0.1), velocity=(0.0, -1.0), gravity=0.0),
-                         duration=0.15, step=0.01, integrator=chosen(1e-11))  # fmt: skip
+                         duration=0.15, step=0.01, integrator=integrator_of(1e-11))  # fmt: skip
     end = (0.1, 0.0) if x > 0 else (-0.2, 0.0)
-    apart = RADIUS**2 - (x - end[0]) ** 2
+    square_height = RADIUS**2 - (x - end[0]) ** 2
     exact = np.array([x, -0.05])
-    if apart > 0:
-        first = 0.1 - np.sqrt(apart)
-        begun = np.sqrt(apart) / RADIUS
+    if square_height > 0:
+        first = 0.1 - np.sqrt(square_height)
+        approach_speed = np.sqrt(square_height) / RADIUS
         assert float(motion.sel(output="c_t1")[-1]) == pytest.approx(first, abs=1e-9)
         y0 = [x, 0.1 - first, 0.0, -1.0]
-        done = solve_ivp(pushed(law, end, 0.0, begun), (first, 0.15), y0, "DOP853", rtol=1e-11,
-                         atol=1e-13, max_step=1e-3)  # fmt: skip
-        exact = done.y[:2, -1]
+        solution = solve_ivp(rates_of(law, end, 0.0, approach_speed), (first, 0.15), y0, "DOP853",
+                             rtol=1e-11, atol=1e-13, max_step=1e-3)  # fmt: skip
+        exact = solution.y[:2, -1]
     np.testing.assert_allclose(motion.sel(output=["x_X", "x_Y"])[:, -1], exact, rtol=0, atol=1e-6)
 
 
@@ -142,37 +144,39 @@ def test_a_ring_and_the_ball_in_it_have_the_motion_of_their_reduced_mass():
             sensors={"a": fb.Position("ball"), "b": fb.Position("ring"),
                      "c": contact.Contacts("c", first=3)},
         ),
-        duration=0.1, step=0.01, integrator=chosen(1e-11),
+        duration=0.1, step=0.01, integrator=integrator_of(1e-11),
     )  # fmt: skip
-    reduced = m[0] * m[1] / m.sum()
+    reduced_mass = m[0] * m[1] / m.sum()
     t = motion["time"].values
 
     def rates(_, y):
         d = np.hypot(*y[:2])
         force = 1e5 * max(d - (hole - inner), 0.0)
-        return [*y[2:], *(-force / reduced * y[:2] / d)]
+        return [*y[2:], *(-force / reduced_mass * y[:2] / d)]
 
     y0 = np.concatenate([start, np.subtract(*velocities)])
     exact = solve_ivp(rates, (0, 0.1), y0, "DOP853", t, rtol=1e-12, atol=1e-14, max_step=1e-3)
     a, b = (motion.sel(output=[f"{name}_X", f"{name}_Y"]).values for name in "ab")
     np.testing.assert_allclose(a - b, exact.y[:2], rtol=0, atol=1e-6)
     centre = (m[0] * a + m[1] * b) / m.sum()
-    moved = (m[0] * np.array(velocities[0]) + m[1] * np.array(velocities[1])) / m.sum()
+    centre_velocity = (m[0] * np.array(velocities[0]) + m[1] * np.array(velocities[1])) / m.sum()
     first = m[0] * np.array(start) / m.sum()
-    np.testing.assert_allclose(centre, first[:, None] + moved[:, None] * t, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        centre, first[:, None] + centre_velocity[:, None] * t, rtol=0, atol=1e-12
+    )
     assert int(motion.sel(output="c_number")[-1]) >= 2
 
 
 def test_an_overlap_is_relaxed_by_a_start_at_rest():
     """The ball starts 1 mm deep, is refused as it is given, and lies still at mg/K."""
     model = ball(linear(), position=(0.0, RADIUS - 1e-3), velocity=(0.0, 0.0), gravity=9.81)
-    guided = fb.Mechanism(
+    mechanism = fb.Mechanism(
         bodies=model.bodies, loads=model.loads, sensors=model.sensors,
         joints={"guide": fb.Slot("m", (0.0, 0.0), axis=(0.0, 1.0))},
     )  # fmt: skip
     with pytest.raises(fb.errors.AssemblyError, match=r"'table' is closed at the start, by 0\.001"):
-        fb.simulate(guided, duration=0.1, step=0.01)
-    motion = fb.simulate(guided, duration=0.1, step=0.01, start="static")
+        fb.simulate(mechanism, duration=0.1, step=0.01)
+    motion = fb.simulate(mechanism, duration=0.1, step=0.01, start="static")
     height = motion.sel(output="x_Y").values
     np.testing.assert_allclose(height, RADIUS - 9.81 / K, rtol=0, atol=1e-10)
     assert int(motion.sel(output="c_number")[-1]) == 0

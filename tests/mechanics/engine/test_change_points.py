@@ -34,9 +34,11 @@ def test_reactions_next_to_the_change_point_move_the_plate(density, nearest):
     motion = fb.simulate(plate_on_cranks(start, density), duration=0.15, step=1e-3)
     angle = start + RATE * motion.time.values
     forces = np.array([[motion.sel(output=f"R{k}_{axis}") for axis in "XY"] for k in range(3)])
-    needed = [-(RATE**2) * np.cos(angle), 9.81 - RATE**2 * np.sin(angle)]
+    accelerations = [-(RATE**2) * np.cos(angle), 9.81 - RATE**2 * np.sin(angle)]
     size = 9.81 * MASS
-    np.testing.assert_allclose(np.abs(forces.sum(axis=0)), MASS * np.abs(needed), atol=1e-3 * size)
+    np.testing.assert_allclose(
+        np.abs(forces.sum(axis=0)), MASS * np.abs(accelerations), atol=1e-3 * size
+    )
     moment = np.sum(
         [(x - MIDDLE) * force[1] for x, force in zip(PIVOTS, forces, strict=True)], axis=0
     )

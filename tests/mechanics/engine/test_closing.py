@@ -64,10 +64,10 @@ def test_a_flexible_coupler_closes_from_rough_guesses():
 def test_a_sample_closes_as_it_does_alone():
     rng = np.random.default_rng(1)
     guess = np.array(exact(0.5))[:, None] + rng.uniform(-0.3, 0.3, (2, 11))
-    together = fb.simulate(four_bar(*guess), **AT_ONCE)
+    batch = fb.simulate(four_bar(*guess), **AT_ONCE)
     for sample in (0, 7, 10):
-        alone = fb.simulate(four_bar(*guess[:, sample]), **AT_ONCE)
-        np.testing.assert_array_equal(together[sample], alone)
+        single_run = fb.simulate(four_bar(*guess[:, sample]), **AT_ONCE)
+        np.testing.assert_array_equal(batch[sample], single_run)
 
 
 def test_members_beyond_a_heavy_slider_stay_unbent():
@@ -99,7 +99,7 @@ def test_turns_of_gears_are_kept_where_closing_passes_half_a_turn():
     pin = GROUND * np.cos(offset), GROUND * np.sin(offset)
     span = np.hypot(0.5 - pin[0], 0.5 - pin[1])
     beam = fb.Beam(length=COUPLER, angle=exact(turn)[0] + offset, **ALUMINIUM)
-    found = []
+    starts = []
     for coupler in (beam, fb.RigidBody.bar(length=COUPLER, angle=beam.angle, **STEEL)):
         crank = fb.RigidBody.bar(length=CRANK, angle=turn + offset, **STEEL)
         rocker = fb.RigidBody.bar(length=ROCKER, start=pin, angle=np.pi - 0.05, **STEEL)
@@ -117,9 +117,9 @@ def test_turns_of_gears_are_kept_where_closing_passes_half_a_turn():
             },
             sensors={"rocker": fb.Angle("rocker"), "wheel": fb.Angle("wheel")},
         )
-        found.append(fb.simulate(model, **AT_ONCE).isel(time=0))
-    np.testing.assert_allclose(*found, atol=1e-8)
-    assert float(found[0].sel(output="rocker")) % (2 * np.pi) == pytest.approx(np.pi + 0.05)
+        starts.append(fb.simulate(model, **AT_ONCE).isel(time=0))
+    np.testing.assert_allclose(*starts, atol=1e-8)
+    assert float(starts[0].sel(output="rocker")) % (2 * np.pi) == pytest.approx(np.pi + 0.05)
 
 
 def test_a_beam_on_one_crank_too_many_closes_by_bending():

@@ -52,9 +52,9 @@ def test_a_flexible_closed_loop_converges_with_the_square_of_the_step(radius):
     exact = run(four_bar(), 0.5, 0.5 / 16_000).values
     errors = []
     for steps in (500, 1000, 2000):
-        found = run(four_bar(), 0.5, 0.5 / steps, radius).values
-        off = (found - exact[:, :: 16_000 // steps])[:, steps // 2 :]
-        errors.append(np.abs(off).max(axis=1))
+        motion = run(four_bar(), 0.5, 0.5 / steps, radius).values
+        deviation = (motion - exact[:, :: 16_000 // steps])[:, steps // 2 :]
+        errors.append(np.abs(deviation).max(axis=1))
     orders = np.log2(np.array(errors)[:-1] / np.array(errors)[1:])
     np.testing.assert_allclose(orders, 2.0, atol=0.05)
 
@@ -75,8 +75,8 @@ def test_reactions_converge_with_the_square_of_tiny_steps(tolerance):
         run = {"duration": 0.02, "step": 1e-3, "substeps": substeps, "integrator": integrator}
         return fb.simulate(model, **run).values
 
-    found = np.array([motion(125 * 2**k) for k in range(4)])
-    errors = np.abs(np.diff(found, axis=0)).max(axis=2)
+    reactions = np.array([motion(125 * 2**k) for k in range(4)])
+    errors = np.abs(np.diff(reactions, axis=0)).max(axis=2)
     np.testing.assert_allclose(np.log2(errors[:-1] / errors[1:]), 2.0, atol=0.02)
 
 
@@ -87,11 +87,15 @@ def test_a_closed_loop_is_the_same_in_other_units(length, mass, time):
     a = 10.0**length
     b = 10.0**mass
     c = 10.0**time
-    here = run(four_bar(), 0.1, 1e-3)
-    there = run(four_bar(a, b, c), 0.1 * c, 1e-3 * c)
+    reference = run(four_bar(), 0.1, 1e-3)
+    scaled_motion = run(four_bar(a, b, c), 0.1 * c, 1e-3 * c)
     units = {"m": a, "m/s": a / c, "N": b * a / c**2, "N m": b * (a / c) ** 2}
-    back = there.values / np.array([[units[u]] for u in there.unit.values])
-    np.testing.assert_array_less(np.abs(back - here).max("time"), 1e-7 * np.abs(here).max("time"))
+    converted_values = scaled_motion.values / np.array(
+        [[units[u]] for u in scaled_motion.unit.values]
+    )
+    np.testing.assert_array_less(
+        np.abs(converted_values - reference).max("time"), 1e-7 * np.abs(reference).max("time")
+    )
 
 
 @pytest.mark.parametrize(
@@ -110,7 +114,7 @@ def test_a_thick_beam_converges_to_timoshenkos_and_the_plain_element_to_a_stiffe
     square = half - np.sqrt(half**2 - EI * kGA * wave**4 / (rho**2 * area * second))
     exact = np.stack([1e3 * (80 / 384 / EI + 4 / 8 / kGA), *np.sqrt(square) / (2 * np.pi)])
 
-    def found(elements):
+    def solve(elements):
         model = fb.Mechanism(
             bodies={"b": fb.Beam(
                 length=2.0, height=0.4, width=0.1, density=rho, youngs_modulus=E, elements=elements,
@@ -122,7 +126,7 @@ def test_a_thick_beam_converges_to_timoshenkos_and_the_plain_element_to_a_stiffe
         frequency = fb.modes(model, 3, about="start")["frequency"].values  # the second is axial
         return np.stack([fb.equilibrium(model).sel(output="r_Y"), *frequency[:, [0, 2]].T])
 
-    meshes = np.array([found(8), found(16), found(32)])
+    meshes = np.array([solve(8), solve(16), solve(32)])
     orders = np.log2((meshes[:-1] - exact) / (meshes[1:] - exact))
     np.testing.assert_allclose(orders, 2.0, atol=0.05)
     np.testing.assert_allclose((4 * meshes[2] - meshes[1]) / 3, exact, rtol=5e-6)
@@ -167,8 +171,8 @@ def test_the_undamped_integrator_keeps_energy(build, duration, step):
     def errors(step):
         motion = run(build(), duration, step, radius=1.0)
         o = dict(zip(motion.output.values, motion.values, strict=True))
-        stored = o["U"] + o["V"] if "U" in o else o["s_F"] ** 2 / 400 + 0.5 * 9.81 * o["b_Y"]
-        return np.abs(o["T"] + stored - o["T"][0] - stored[0]) / np.ptp(o["T"])
+        potential = o["U"] + o["V"] if "U" in o else o["s_F"] ** 2 / 400 + 0.5 * 9.81 * o["b_Y"]
+        return np.abs(o["T"] + potential - o["T"][0] - potential[0]) / np.ptp(o["T"])
 
     coarse = errors(step)
     fine = errors(step / 2)
@@ -216,9 +220,11 @@ def test_a_chain_of_fourteen_loops_swings_as_one_pendulum(brace):
     theta = 2 * np.arcsin(half * cn / dn)
     exact = np.stack([span + radius * np.sin(theta), -radius * np.cos(theta)], axis=1)
     np.testing.assert_allclose(motion.sel(output=["r_X", "r_Y"]), exact, atol=2e-5)
-    up = motion.sel(output=[f"F{k}_Y" for k in range(15)]).sum("output")
+    vertical_force = motion.sel(output=[f"F{k}_Y" for k in range(15)]).sum("output")
     fall = 2 * (np.cos(theta) - np.cos(lean)) * np.cos(theta) - np.sin(theta) ** 2
-    np.testing.assert_allclose(up, 9.81 * (cranks + couplers) + arm * square * fall, rtol=1e-4)
+    np.testing.assert_allclose(
+        vertical_force, 9.81 * (cranks + couplers) + arm * square * fall, rtol=1e-4
+    )
 
 
 def two_members(first, second, elements=3, force=None, rigid=False):
@@ -252,8 +258,10 @@ def test_a_stiff_member_on_a_soft_one_falls_as_a_rigid_one():
     ratios = np.array([1e2, 1e3, 1e4])
     rigid = run(two_members(1e7, 1e7, rigid=True), 0.6, 1e-3)
     assert float(rigid.sel(output="tip_Y").min()) < -0.4
-    off = np.abs(run(two_members(1e7, 1e7 * ratios), 0.6, 1e-3) - rigid).max(["time", "output"])
-    np.testing.assert_allclose(off[:-1] / off[1:], 10.0, rtol=0.1)
+    deviation = np.abs(run(two_members(1e7, 1e7 * ratios), 0.6, 1e-3) - rigid).max(
+        ["time", "output"]
+    )
+    np.testing.assert_allclose(deviation[:-1] / deviation[1:], 10.0, rtol=0.1)
 
 
 @pytest.mark.parametrize("radius", [0.0, 0.5, 0.8, 1.0])

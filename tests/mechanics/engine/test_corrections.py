@@ -27,7 +27,7 @@ def dyad(first, second):
 
 
 ANGLE = np.arccos((1.0 + 1.2**2 - 0.7**2) / (2 * 1.2))
-OTHER = np.pi - np.arcsin(np.sin(ANGLE) / 0.7)
+SECOND_ANGLE = np.pi - np.arcsin(np.sin(ANGLE) / 0.7)
 """The angles at which both bars meet above their pins."""
 
 
@@ -37,15 +37,15 @@ def analyses(model):
 
 
 def test_a_start_that_fits_needs_no_report():
-    for result in analyses(dyad(ANGLE, OTHER)):
+    for result in analyses(dyad(ANGLE, SECOND_ANGLE)):
         assert not result.attrs.keys() & {"assembly", "largest_turn", "largest_move"}
 
 
 def test_small_changes_are_reported_and_large_ones_warned_of():
-    given = ANGLE + np.array([0.0, 0.01, -0.02])
-    motion = fb.simulate(dyad(given, OTHER), duration=1e-3, step=1e-3)
-    turned = np.abs(motion.isel(time=0) - np.stack([given, np.full(3, OTHER)], axis=1))
-    assert motion.attrs["largest_turn"] == pytest.approx(float(turned.max()), rel=1e-6)
+    angles = ANGLE + np.array([0.0, 0.01, -0.02])
+    motion = fb.simulate(dyad(angles, SECOND_ANGLE), duration=1e-3, step=1e-3)
+    turns = np.abs(motion.isel(time=0) - np.stack([angles, np.full(3, SECOND_ANGLE)], axis=1))
+    assert motion.attrs["largest_turn"] == pytest.approx(float(turns.max()), rel=1e-6)
     assert 0.005 < motion.attrs["largest_turn"] < 0.02 + 1e-9
     assert "assembly turned body" in motion.attrs["assembly"]
     assert "(sample 2)" in motion.attrs["assembly"]
@@ -53,7 +53,7 @@ def test_small_changes_are_reported_and_large_ones_warned_of():
         with pytest.warns(
             fb.errors.FlexbandWarning, match=r"turned body '.' by .* rad .* given angle"
         ):
-            analysis(dyad(ANGLE + 0.2, OTHER))
+            analysis(dyad(ANGLE + 0.2, SECOND_ANGLE))
 
 
 def test_moves_alone_are_reported_but_not_warned_of():
@@ -70,15 +70,15 @@ def test_moves_alone_are_reported_but_not_warned_of():
 
 def test_another_branch_is_warned_of():
     """The state in which the bars meet above their pins, if they were given below them."""
-    below = assemble(dyad(-ANGLE + 0.05, -OTHER))
+    below = assemble(dyad(-ANGLE + 0.05, -SECOND_ANGLE))
     states = [
         begin(system, pack(system, AT_START)(0))[0].z
-        for system in (assemble(dyad(ANGLE, OTHER)), below)
+        for system in (assemble(dyad(ANGLE, SECOND_ANGLE)), below)
     ]
-    other, same = (corrections(below, z, np.zeros(1, dtype=int)) for z in states)
-    assert other.reversed.all()
-    assert not same.reversed.any()
-    quiet = Corrections(*(np.zeros((2, 1)) for _ in range(4)), other.reversed)
+    other_branch, same_branch = (corrections(below, z, np.zeros(1, dtype=int)) for z in states)
+    assert other_branch.reversed.all()
+    assert not same_branch.reversed.any()
+    quiet = Corrections(*(np.zeros((2, 1)) for _ in range(4)), other_branch.reversed)
     with pytest.warns(fb.errors.FlexbandWarning, match="a loop closed in another branch"):
         attributes = report(below, quiet)
     assert attributes["assembly"].startswith("a loop closed in another branch")
@@ -95,8 +95,8 @@ def test_velocities_that_joints_forbid_are_warned_of(length):
                 "C": fb.Revolute("s", "rod.end")},
         sensors={"rate": fb.AngularVelocity("crank")},
     )  # fmt: skip
-    with pytest.warns(fb.errors.FlexbandWarning) as caught:
+    with pytest.warns(fb.errors.FlexbandWarning) as records:
         motion = fb.simulate(model, duration=1e-3, step=1e-3)
-    slower = 100 * abs(motion.isel(time=0).item() - 10.0) / 10.0
-    text = f"joints change the given rate of body 'crank' by {slower:.3g} %"
-    assert any(text in str(warning.message) for warning in caught)
+    percentage = 100 * abs(motion.isel(time=0).item() - 10.0) / 10.0
+    text = f"joints change the given rate of body 'crank' by {percentage:.3g} %"
+    assert any(text in str(warning.message) for warning in records)

@@ -121,22 +121,22 @@ def samples(n, seed=3):
 
 def test_results_do_not_depend_on_threads_or_on_neighbours():
     values = samples(29)
-    all_at_once = fb.simulate(slider_crank(**values), duration=DURATION, step=STEP, threads=2)
+    two_threads = fb.simulate(slider_crank(**values), duration=DURATION, step=STEP, threads=2)
     one_thread = fb.simulate(slider_crank(**values), duration=DURATION, step=STEP, threads=1)
-    np.testing.assert_array_equal(all_at_once, one_thread)
+    np.testing.assert_array_equal(two_threads, one_thread)
     order = np.random.default_rng(0).permutation(29)
-    mixed = fb.simulate(
+    shuffled_run = fb.simulate(
         slider_crank(**{k: v[order] for k, v in values.items()}), duration=DURATION, step=STEP
     )
-    np.testing.assert_array_equal(all_at_once[order], mixed)
-    few = fb.simulate(
+    np.testing.assert_array_equal(two_threads[order], shuffled_run)
+    three_samples = fb.simulate(
         slider_crank(**{k: v[11:14] for k, v in values.items()}), duration=DURATION, step=STEP
     )
-    np.testing.assert_array_equal(all_at_once[11:14], few)
-    alone = fb.simulate(
+    np.testing.assert_array_equal(two_threads[11:14], three_samples)
+    single_run = fb.simulate(
         slider_crank(**{k: v[17] for k, v in values.items()}), duration=DURATION, step=STEP
     )
-    np.testing.assert_array_equal(all_at_once[17], alone)
+    np.testing.assert_array_equal(two_threads[17], single_run)
 
 
 @pytest.mark.parametrize("radius", [0.5, 0.7, 1.0])
@@ -144,7 +144,7 @@ def test_results_do_not_depend_on_threads_or_on_neighbours():
 def test_newton_is_converged(radius, modulus):
     """All outputs are those at a tolerance near rounding, within 5e-6 of their range.
 
-    The tight run takes more than one matrix per step, and so projects with another one.
+    The precise run takes more than one matrix per step, and so projects with another one.
     """
 
     def run(**options):
@@ -152,14 +152,14 @@ def test_newton_is_converged(radius, modulus):
         model = slider_crank(youngs_modulus=modulus)
         return fb.simulate(model, duration=0.2, step=STEP, integrator=integrator)
 
-    loose = run()
-    tight = run(tolerance=1e-14)
-    scale = np.abs(tight).max("time")
-    assert (np.abs(loose - tight).max("time") <= 5e-6 * scale + 1e-12).all()
+    default_run = run()
+    precise_run = run(tolerance=1e-14)
+    scale = np.abs(precise_run).max("time")
+    assert (np.abs(default_run - precise_run).max("time") <= 5e-6 * scale + 1e-12).all()
 
 
 def test_undamped_integrator_keeps_ringing_and_a_damped_one_does_not():
-    late = {}
+    ringing = {}
     for radius in (0.5, 1.0):
         motion = fb.simulate(
             slider_crank(angle=lambda t: 4 * np.pi * t),
@@ -167,8 +167,8 @@ def test_undamped_integrator_keeps_ringing_and_a_damped_one_does_not():
             step=1e-3,
             integrator=fb.GeneralizedAlpha(spectral_radius=radius),
         ).sel(output="F_X")
-        late[radius] = np.abs(np.diff(motion.values[-100:], n=2)).max()
-    assert late[1.0] > 20 * late[0.5]
+        ringing[radius] = np.abs(np.diff(motion.values[-100:], n=2)).max()
+    assert ringing[1.0] > 20 * ringing[0.5]
 
 
 def test_slider_rings_on_the_links_axial_stiffness_about_the_springs_force():
@@ -233,7 +233,7 @@ def test_a_mechanism_that_cannot_be_assembled():
     link = fb.RigidBody.bar(
         length=0.1, height=0.01, width=0.01, density=1.0, start=(0.2, 0.0), angle=1.0
     )
-    impossible = fb.Mechanism(
+    mechanism = fb.Mechanism(
         bodies={"crank": crank, "link": link},
         joints={
             "A": fb.Revolute("crank.start", (0.0, 0.0)),
@@ -242,12 +242,12 @@ def test_a_mechanism_that_cannot_be_assembled():
         },
         sensors={"angle": fb.Angle("link")},
     )
-    with pytest.raises(fb.errors.AssemblyError, match="the constraints cannot be met") as found:
-        fb.simulate(impossible, duration=0.01, step=1e-3)
+    with pytest.raises(fb.errors.AssemblyError, match="the constraints cannot be met") as error:
+        fb.simulate(mechanism, duration=0.01, step=1e-3)
     gap = np.hypot(0.3, 0.5) - 0.3  # least squares share it among the joints
-    assert f"stays open by {gap / 3:.3g} m, all joints together by {gap:.3g} m" in str(found.value)
-    assert "places of joints of 'crank', 'link', or their `start` and `angle`" in str(found.value)
-    assert "`fb.draw(mechanism, sample=0)` shows the guess" in str(found.value)
+    assert f"stays open by {gap / 3:.3g} m, all joints together by {gap:.3g} m" in str(error.value)
+    assert "places of joints of 'crank', 'link', or their `start` and `angle`" in str(error.value)
+    assert "`fb.draw(mechanism, sample=0)` shows the guess" in str(error.value)
 
 
 @pytest.mark.filterwarnings("ignore:overflow encountered")
@@ -266,7 +266,7 @@ def test_a_gap_whose_square_is_too_large_for_a_number():
 
 
 def test_samples_that_fail_alike_are_told_once():
-    far = np.r_[np.full(3, 1.2), np.full(7, 2.0)]
+    heights = np.r_[np.full(3, 1.2), np.full(7, 2.0)]
     bar = {"height": 0.01, "width": 0.01, "density": 1.0}
     model = fb.Mechanism(
         bodies={
@@ -276,23 +276,23 @@ def test_samples_that_fail_alike_are_told_once():
         joints={
             "A": fb.Revolute("a.start", (0.0, 0.0)),
             "B": fb.Revolute("b.start", "a.end"),
-            "C": fb.Revolute("b.end", (0.0, far)),
+            "C": fb.Revolute("b.end", (0.0, heights)),
         },
         sensors={"angle": fb.Angle("b")},
     )
-    with pytest.raises(fb.errors.AssemblyError) as found:
+    with pytest.raises(fb.errors.AssemblyError) as error:
         fb.simulate(model, duration=0.01, step=1e-3)
-    said = str(found.value).splitlines()
-    assert said[:2] == [
+    lines = str(error.value).splitlines()
+    assert lines[:2] == [
         "7 of 10 runs failed",
         "samples 3, 4, 5, 6, 7 and 2 more, t = 0 s: the constraints cannot be met",
     ]
-    assert len(said) == 3
-    assert "all joints together by 0.5 m" in said[2]
+    assert len(lines) == 3
+    assert "all joints together by 0.5 m" in lines[2]
 
 
 def test_constraints_that_contradict_each_other():
-    twice = fb.Mechanism(
+    mechanism = fb.Mechanism(
         bodies={"a": fb.RigidBody.bar(length=0.2, height=0.01, width=0.01, density=1.0)},
         joints={
             "A": fb.Revolute("a.start", (0.0, 0.0)),
@@ -301,7 +301,7 @@ def test_constraints_that_contradict_each_other():
         sensors={"angle": fb.Angle("a")},
     )
     with pytest.raises(fb.errors.AssemblyError, match=r"contradict each other.* joint 'B'"):
-        fb.simulate(twice, duration=0.01, step=1e-3)
+        fb.simulate(mechanism, duration=0.01, step=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -326,9 +326,9 @@ def hits_stops(stiffness):
 
 def engages_a_motor(stiffness):
     motor = fb.PrescribedRotation("bar", lambda t: 10.0 * t)
-    engaged = fb.contact.Switched(motor, lambda t: t >= 2.5e-3)
+    switched_motor = fb.contact.Switched(motor, lambda t: t >= 2.5e-3)
     model = on_springs(stiffness)
-    return replace(model, joints={**model.joints, "motor": engaged})
+    return replace(model, joints={**model.joints, "motor": switched_motor})
 
 
 def on_springs(stiffness):
@@ -354,17 +354,17 @@ def on_three_cranks(stiffness):
 )  # fmt: skip
 def test_no_result_keeps_the_work_space_of_a_block(build, compute, monkeypatch):
     memory = []
-    alive = []
+    live_counts = []
     work_space = WorkSpace.from_structure
 
-    def counted(structure):
+    def count_references(structure):
         work = work_space(structure)
         memory.append(weakref.ref(work.z.base))
-        alive.append(sum(reference() is not None for reference in memory))
+        live_counts.append(sum(reference() is not None for reference in memory))
         return work
 
-    monkeypatch.setattr(WorkSpace, "from_structure", counted)
+    monkeypatch.setattr(WorkSpace, "from_structure", count_references)
     result = compute(build(np.linspace(1e6, 1.1e6, 160)))
     assert result is not None
     assert len(memory) >= 20  # blocks of eight samples
-    assert max(alive) <= 12  # an equilibrium takes one for each sample of its block
+    assert max(live_counts) <= 12  # an equilibrium takes one for each sample of its block

@@ -13,11 +13,11 @@ from flexband.mechanics.time_functions.tabulation import tabulate
 TOLERANCES = (1e-5, 1e-6, 1e-7, 1e-8)
 
 
-def chosen(tolerance, **options):
+def integrator_of(tolerance, **options):
     return fb.GeneralizedAlpha(step_tolerance=tolerance, **options)
 
 
-def switched(t, x, v, p, force, mode, gap):
+def relay_force(t, x, v, p, force, mode, gap):
     """A force of constant size towards X = 0."""
     gap[0] = x[0, 0]
     force[0, 0] = -p[0] * mode[0]
@@ -26,7 +26,7 @@ def switched(t, x, v, p, force, mode, gap):
 def relay(force=4.0):
     return fb.Mechanism(
         bodies={"m": fb.PointMass(mass=1.0, position=(0.1, 0.0))},
-        loads={"f": fb.ForceLaw(["m"], switched, (force,), events=["centre"])},
+        loads={"f": fb.ForceLaw(["m"], relay_force, (force,), events=["centre"])},
         sensors={"x": fb.Position("m"), "v": fb.Velocity("m")},
     )
 
@@ -44,13 +44,13 @@ def test_a_sample_does_not_depend_on_its_neighbours():
     """Each alone, with seven clones, and permuted, with steps and events of its own."""
     forces = 4.0 + 0.1 * np.arange(11)
     grid = {"duration": 0.5, "step": 0.01}
-    together = fb.simulate(relay(forces), **grid).values
+    batch = fb.simulate(relay(forces), **grid).values
     order = np.random.default_rng(0).permutation(11)
-    np.testing.assert_array_equal(fb.simulate(relay(forces[order]), **grid), together[order])
+    np.testing.assert_array_equal(fb.simulate(relay(forces[order]), **grid), batch[order])
     for k in (0, 3, 10):
-        np.testing.assert_array_equal(fb.simulate(relay(forces[k]), **grid), together[k])
+        np.testing.assert_array_equal(fb.simulate(relay(forces[k]), **grid), batch[k])
         clones = fb.simulate(relay(np.full(8, forces[k])), **grid).values
-        np.testing.assert_array_equal(clones, np.broadcast_to(together[k], clones.shape))
+        np.testing.assert_array_equal(clones, np.broadcast_to(batch[k], clones.shape))
 
 
 G = 9.81
@@ -84,7 +84,7 @@ def exact_bounces(times):
 def test_a_ball_on_a_stiff_floor_bounces_as_it_should_at_any_tolerance():
     errors = []
     for tolerance in TOLERANCES:
-        integrator = chosen(tolerance, spectral_radius=0.9)
+        integrator = integrator_of(tolerance, spectral_radius=0.9)
         motion = fb.simulate(ball(), duration=1.0, step=0.01, integrator=integrator)
         exact = exact_bounces(motion["time"].values)
         errors.append(np.nanmax(np.abs(motion.sel(output="x_Y").values - exact)))
@@ -93,7 +93,7 @@ def test_a_ball_on_a_stiff_floor_bounces_as_it_should_at_any_tolerance():
     assert errors[-1] < errors[0] / 30
 
 
-def pushed(force):
+def mass_on_spring(force):
     """A mass on a spring, 10 rad/s, that a force pushes."""
     return fb.Mechanism(
         bodies={"m": fb.PointMass(mass=1.0, position=(1.0, 0.0))},
@@ -111,13 +111,17 @@ def test_loads_between_the_times_of_the_result_act_as_they_are():
     def force(t):
         return 50.0 * np.sin(w * np.asarray(t))
 
-    motion = fb.simulate(pushed(force), duration=0.5, step=0.1, integrator=chosen(1e-11))
+    motion = fb.simulate(
+        mass_on_spring(force), duration=0.5, step=0.1, integrator=integrator_of(1e-11)
+    )
     t = motion["time"].values
     exact = 50.0 / (100.0 - w**2) * (np.sin(w * t) - w / 10.0 * np.sin(10.0 * t))
     np.testing.assert_allclose(motion.sel(output="x_X") - 1, exact, rtol=0, atol=2e-7)
 
     jump = fb.table([0.0, 0.123, 0.123, 1.0], [0.0, 0.0, 20.0, 20.0])
-    motion = fb.simulate(pushed(jump), duration=0.5, step=0.1, integrator=chosen(1e-9))
+    motion = fb.simulate(
+        mass_on_spring(jump), duration=0.5, step=0.1, integrator=integrator_of(1e-9)
+    )
     exact = np.where(t > 0.123, 0.2 * (1 - np.cos(10.0 * (t - 0.123))), 0.0)
     np.testing.assert_allclose(motion.sel(output="x_X") - 1, exact, rtol=0, atol=2e-6)
     np.testing.assert_allclose(
@@ -133,7 +137,7 @@ def test_a_prescribed_motion_has_its_accelerations():
                 "motor": fb.PrescribedRotation("crank", lambda t: 30.0 * t + 5.0 * np.sin(8 * t))},
         sensors={"x": fb.Position("m"), "M": fb.ReactionMoment("motor"), "R": fb.Reaction("B")},
     )  # fmt: skip
-    motion = fb.simulate(model, duration=0.5, step=0.025, integrator=chosen(1e-8))
+    motion = fb.simulate(model, duration=0.5, step=0.025, integrator=integrator_of(1e-8))
     t = motion["time"].values
     angle = 30.0 * t + 5.0 * np.sin(8 * t)
     rate = 30.0 + 40.0 * np.cos(8 * t)
@@ -159,7 +163,7 @@ def test_states_of_laws_change_their_steps_with_the_motion():
     exact = (expm(matrix) @ [0.1, 0.0, 0.0])[[0, 2]]
     errors = []
     for tolerance in (1e-6, 1e-8):
-        motion = fb.simulate(model, duration=1.0, step=0.1, integrator=chosen(tolerance))
+        motion = fb.simulate(model, duration=1.0, step=0.1, integrator=integrator_of(tolerance))
         errors.append(np.abs(motion.sel(output=["x_X", "s"]).values[:, -1] - exact))
     assert np.all(errors[1] < 1e-3 * np.abs(exact))
     assert np.all(errors[1] < errors[0] / 8)
@@ -168,7 +172,7 @@ def test_states_of_laws_change_their_steps_with_the_motion():
 def test_the_noise_of_steps_is_within_the_tolerance():
     """Changes of an input by 1e-9 of it change steps, and the result by less than its error."""
     stiffness = STIFFNESS * (1 + 1e-9 * np.arange(8))
-    motion = fb.simulate(ball(stiffness), duration=0.5, step=0.05, integrator=chosen(1e-7))
+    motion = fb.simulate(ball(stiffness), duration=0.5, step=0.05, integrator=integrator_of(1e-7))
     heights = motion.sel(output="x_Y").values
     exact = exact_bounces(motion["time"].values)
     error = np.nanmax(np.abs(heights - exact))
@@ -177,14 +181,14 @@ def test_the_noise_of_steps_is_within_the_tolerance():
 
 def test_the_error_of_chosen_steps_is_estimated_from_a_tenth_of_the_tolerance():
     grid = {"duration": 0.5, "step": 0.01}
-    started = replace(pushed(0.0).bodies["m"], velocity=(1.0, 0.0))
-    model = replace(pushed(0.0), bodies={"m": started})
-    estimate = fb.discretization_error(model, integrator=chosen(1e-6), **grid)
-    motion = fb.simulate(model, integrator=chosen(1e-6), **grid)
+    body = replace(mass_on_spring(0.0).bodies["m"], velocity=(1.0, 0.0))
+    model = replace(mass_on_spring(0.0), bodies={"m": body})
+    estimate = fb.discretization_error(model, integrator=integrator_of(1e-6), **grid)
+    motion = fb.simulate(model, integrator=integrator_of(1e-6), **grid)
     exact = 1 + 0.1 * np.sin(10.0 * motion["time"].values)
     error = np.sqrt(np.mean((motion.sel(output="x_X").values - exact) ** 2))
-    stated = np.sqrt(np.mean(estimate["error"].sel(output="x_X").values ** 2))
-    assert 0.6 < stated / error < 1.5
+    rms_estimate = np.sqrt(np.mean(estimate["error"].sel(output="x_X").values ** 2))
+    assert 0.6 < rms_estimate / error < 1.5
 
 
 def test_an_equilibrium_has_the_mode_of_its_gaps():
@@ -208,9 +212,9 @@ def test_events_without_end_fail_by_name():
     )
     with pytest.raises(
         fb.errors.SimulationError, match="events follow each other without end"
-    ) as raised:
+    ) as error:
         fb.simulate(model, duration=0.2, step=0.01)
-    ((time, _),) = raised.value.failures.values()
+    ((time, _),) = error.value.failures.values()
     assert time == pytest.approx(0.1, abs=0.011)
 
 
@@ -229,7 +233,7 @@ def test_a_series_of_impacts_has_an_end_with_a_large_smallest_step():
     )  # fmt: skip
     lasts = 2.94328 * (5.0 * v * v / (4.0 * K)) ** 0.4 / v
     duration = 0.25 * gap / v + 15.5 * (lasts + gap / v)
-    integrator = chosen(1e-6, smallest_step=1.5e-6)
+    integrator = integrator_of(1e-6, smallest_step=1.5e-6)
     motion = fb.simulate(model, duration=duration, step=duration, integrator=integrator)
     assert float(motion.sel(output="c_number").values[-1]) == 16
 
@@ -237,8 +241,8 @@ def test_a_series_of_impacts_has_an_end_with_a_large_smallest_step():
 def test_a_load_acts_within_the_only_step_of_a_result():
     w = 9.0
     motion = fb.simulate(
-        pushed(lambda t: 20.0 * np.sin(w * np.asarray(t))), duration=0.5, step=0.5,
-        integrator=chosen(1e-10),
+        mass_on_spring(lambda t: 20.0 * np.sin(w * np.asarray(t))), duration=0.5, step=0.5,
+        integrator=integrator_of(1e-10),
     )  # fmt: skip
     exact = 20.0 / (100.0 - w * w) * (np.sin(w * 0.5) - w / 10.0 * np.sin(5.0))
     assert float(motion.sel(output="x_X").values[-1]) - 1 == pytest.approx(exact, abs=1e-6)
@@ -276,11 +280,13 @@ def test_the_work_over_chosen_steps_is_what_the_energy_gains():
 
 
 def test_a_load_that_is_not_smooth_is_refused():
-    def rough(t):
+    def fast_sine(t):
         return np.sin(1e9 * np.asarray(t))
 
     with pytest.raises(fb.errors.InputError, match="is not smooth near t = "):
-        fb.simulate(pushed(rough), duration=0.1, step=0.01, integrator=chosen(1e-6))
+        fb.simulate(
+            mass_on_spring(fast_sine), duration=0.1, step=0.01, integrator=integrator_of(1e-6)
+        )
 
 
 def test_polynomials_are_within_their_tolerance():
@@ -289,13 +295,13 @@ def test_polynomials_are_within_their_tolerance():
     tolerance = 1e-7
     table = fb.table([0.0, 0.234, 0.234, 0.51, 1.0], [0.0, 1.0, -1.0, 2.0, 0.0])
     functions = [table, lambda t: np.exp(-40.0 * np.asarray(t)) * np.cos(90.0 * np.asarray(t))]
-    tabulated = tabulate(functions, {}, 1, times, tolerance=tolerance)
-    schedule = tabulated.schedule
+    tables = tabulate(functions, {}, 1, times, tolerance=tolerance)
+    schedule = tables.schedule
     part = np.random.default_rng(0).uniform(-1, 1, 50)
-    powers = part[:, None] ** np.arange(tabulated.polynomials.shape[2])
+    powers = part[:, None] ** np.arange(tables.polynomials.shape[2])
     for n in np.flatnonzero(schedule.parts[:, 0] > 0)[1:]:
         low, high = schedule.limits[n - 1 : n + 1, 0]
         moments = low + 0.5 * (1 + part) * (high - low)
         for k, function in enumerate(functions, start=1):
-            fitted = powers @ tabulated.polynomials[n, k, :, 0]
-            np.testing.assert_allclose(fitted, function(moments), rtol=0, atol=3 * tolerance)
+            values = powers @ tables.polynomials[n, k, :, 0]
+            np.testing.assert_allclose(values, function(moments), rtol=0, atol=3 * tolerance)

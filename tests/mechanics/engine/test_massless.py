@@ -48,8 +48,8 @@ def test_massless_rod_with_a_mass_is_the_pendulum():
         10.0: (-0.2750874626, -0.9614192050),
     }
     for time, place in exact.items():
-        found = motion.sel(output=["m_X", "m_Y"]).sel(time=time, method="nearest")
-        np.testing.assert_allclose(found, place, atol=1e-5)
+        position = motion.sel(output=["m_X", "m_Y"]).sel(time=time, method="nearest")
+        np.testing.assert_allclose(position, place, atol=1e-5)
     x, y, fx, fy = motion.sel(output=["m_X", "m_Y", "A_X", "A_Y"]).values
     assert np.abs(x * fy - y * fx).max() < 1e-8 * np.hypot(fx, fy).max()  # a purely axial force
     energy = motion.sel(output="energy").values + 9.81 * y
@@ -148,8 +148,8 @@ def test_redundant_cranks_of_any_mass_carry_the_plate(seed):
         ax, ay = motion.sel(output=["acceleration_X", "acceleration_Y"]).values
         np.testing.assert_allclose(sum(x), 3 * ax, atol=3e-6)
         np.testing.assert_allclose(sum(y), 3 * (ay + 9.81), atol=3e-6)
-    equal = fb.simulate(plate(3, scale), duration=0.15, step=1e-3)
-    y = np.stack([equal.sel(output=f"b{k}_Y") for k in range(3)])
+    equal_masses = fb.simulate(plate(3, scale), duration=0.15, step=1e-3)
+    y = np.stack([equal_masses.sel(output=f"b{k}_Y") for k in range(3)])
     np.testing.assert_allclose(y, np.broadcast_to(y.mean(axis=0), y.shape), atol=0.05)
 
 
@@ -186,8 +186,8 @@ def test_forces_at_the_start_beside_light_and_massless_plates():
 def test_massless_rods_may_come_close_to_a_dead_centre():
     """A mass on a spring, and two rods that follow it; they are 1e-4 m from being straight."""
     start = 0.4
-    near = 1e-4
-    y = start + near
+    margin = 1e-4
+    y = start + margin
     elbow = np.arccos(y)
     mechanism = fb.Mechanism(
         bodies={
@@ -205,7 +205,7 @@ def test_massless_rods_may_come_close_to_a_dead_centre():
     )
     motion = fb.simulate(mechanism, duration=0.6, step=1e-3)
     x, y, *force = motion.values
-    exact = 0.7 - (0.7 - start - near) * np.cos(10 * motion["time"].values)
+    exact = 0.7 - (0.7 - start - margin) * np.cos(10 * motion["time"].values)
     np.testing.assert_allclose([x, y], [0 * exact, exact], atol=2e-5)
     np.testing.assert_allclose(force, 0.0, atol=1e-6)
 
@@ -218,12 +218,12 @@ def test_drawn_mechanisms_with_zero_masses_are_right_or_refused_rightly(seed):
 
 def test_masses_may_reach_zero_and_samples_stay_apart():
     masses = np.array([0.0, 1e-18, 1e-15, 1e-12, 1e-9, 1e-6, 0.0])
-    together = fb.simulate(pendulum(masses, masses / 12), duration=1.0, step=1e-3)
+    batch = fb.simulate(pendulum(masses, masses / 12), duration=1.0, step=1e-3)
     for sample, mass in enumerate(masses):
-        alone = fb.simulate(pendulum(mass, mass / 12), duration=1.0, step=1e-3)
-        np.testing.assert_array_equal(together.values[sample], alone.values)
-    off = np.abs(together.values - together.values[:1]).max(axis=(1, 2))
-    assert np.all(off <= 100 * masses + 1e-9)
+        single_run = fb.simulate(pendulum(mass, mass / 12), duration=1.0, step=1e-3)
+        np.testing.assert_array_equal(batch.values[sample], single_run.values)
+    deviations = np.abs(batch.values - batch.values[:1]).max(axis=(1, 2))
+    assert np.all(deviations <= 100 * masses + 1e-9)
 
 
 def test_bands_of_a_mass_that_may_be_zero():
@@ -238,15 +238,15 @@ def test_bands_of_a_mass_that_may_be_zero():
 
 
 def test_modes_and_equilibrium_of_the_pendulum():
-    found = fb.modes(pendulum(), 3)
-    np.testing.assert_allclose(found["frequency"], [np.sqrt(9.81) / (2 * np.pi)], rtol=1e-9)
+    modes = fb.modes(pendulum(), 3)
+    np.testing.assert_allclose(modes["frequency"], [np.sqrt(9.81) / (2 * np.pi)], rtol=1e-9)
     rest = fb.equilibrium(pendulum())
     np.testing.assert_allclose(rest.sel(output=["m_Y", "A_Y"]), (-1.0, 9.81), rtol=1e-9)
 
 
 def test_drive_moves_bodies_without_any_mass():
     bar = fb.RigidBody.bar(length=1.0, height=0.1, width=0.1, density=0.0)
-    driven = fb.Mechanism(
+    mechanism = fb.Mechanism(
         bodies={"bar": bar},
         joints={
             "A": fb.Revolute("bar.start", (0.0, 0.0)),
@@ -255,7 +255,7 @@ def test_drive_moves_bodies_without_any_mass():
         loads={"spring": fb.Spring("bar.end", (2.0, 0.0), 10.0, 0.5)},
         sensors={"end": fb.Position("bar.end"), "M": fb.ReactionMoment("motor")},
     )
-    motion = fb.simulate(driven, duration=1.0, step=2.5e-3)
+    motion = fb.simulate(mechanism, duration=1.0, step=2.5e-3)
     turn = motion["time"].values
     x, y, moment = motion.values
     np.testing.assert_allclose([x, y], [np.cos(turn), np.sin(turn)], atol=1e-12)
@@ -298,7 +298,7 @@ def test_dead_centre_of_massless_rods_fails_with_its_reason():
     x = 0.3 * np.cos(angle)
     y = 0.3 * np.sin(angle)
     slope = np.arcsin(y)
-    hanging = fb.Mechanism(
+    mechanism = fb.Mechanism(
         bodies={
             "crank": rod(0.3, (0.0, 0.0), angle),
             "rod": rod(1.0, (x, y), -slope),
@@ -316,10 +316,10 @@ def test_dead_centre_of_massless_rods_fails_with_its_reason():
     with pytest.raises(
         fb.errors.SimulationError, match=r"\('crank', 'rod'\) can move while all that has"
     ):
-        fb.simulate(hanging, duration=1.0, step=1e-3)
-    assert fb.equilibrium(hanging).sel(output="slider_X") == pytest.approx(1.3)
+        fb.simulate(mechanism, duration=1.0, step=1e-3)
+    assert fb.equilibrium(mechanism).sel(output="slider_X") == pytest.approx(1.3)
     with pytest.raises(fb.errors.InputError, match="body 'crank' has no mass or inertia"):
-        fb.modes(hanging, 1)
+        fb.modes(mechanism, 1)
 
 
 def test_negative_masses_are_refused():

@@ -33,7 +33,7 @@ def test_a_fine_mesh_bears_a_sudden_force(step, error):
     np.testing.assert_allclose(fine, exact, atol=error)
 
 
-def driven(hub_mass, hub_inertia):
+def cable_on_hub(hub_mass, hub_inertia):
     """A damped cable on a hub that starts to turn at π² rad/s after 0.1 s."""
     angle = lambda t: np.pi * np.sin(np.pi * max(0.0, t - 0.1))  # noqa: E731
     cable = fb.Cable(
@@ -56,6 +56,6 @@ def driven(hub_mass, hub_inertia):
 @pytest.mark.parametrize(("step", "substeps"), [(2e-3, 1), (1e-2, 1)])
 def test_a_light_hub_of_a_damped_cable_turns_as_its_drive_says(step, substeps):
     """The motion does not depend on the hub, since it is prescribed."""
-    light = fb.simulate(driven(1e-3, 1e-8), duration=0.2, step=step)
-    heavy = fb.simulate(driven(1.0, 1.0), duration=0.2, step=step, substeps=substeps)
+    light = fb.simulate(cable_on_hub(1e-3, 1e-8), duration=0.2, step=step)
+    heavy = fb.simulate(cable_on_hub(1.0, 1.0), duration=0.2, step=step, substeps=substeps)
     np.testing.assert_allclose(light, heavy, atol=1e-7)

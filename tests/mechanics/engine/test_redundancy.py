@@ -14,8 +14,8 @@ def test_a_third_crank_changes_inertia_only_and_is_named():
         fb.errors.ResolutionWarning, match="more of its constraints depend on each other"
     ):
         motion = fb.simulate(parallelogram(3), duration=1.0, step=5e-4)
-    named = motion.attrs["not_unique"]
-    assert {"joint 'top0'", "joint 'top1'", "joint 'top2'"} <= set(named)
+    joint_names = motion.attrs["not_unique"]
+    assert {"joint 'top0'", "joint 'top1'", "joint 'top2'"} <= set(joint_names)
     assert "not_unique" not in fb.simulate(parallelogram(2), duration=0.01, step=1e-3).attrs
     m = 2000.0 * 0.02**2
     inertia = 3 * m * (1 / 3 + 0.02**2 / 12) + 0.8
@@ -25,19 +25,19 @@ def test_a_third_crank_changes_inertia_only_and_is_named():
         lambda t, s: [s[1], weight * np.sin(s[0]) / inertia], (0, 1), [0.3, 0.0],
         rtol=1e-11, atol=1e-12, t_eval=motion.time.values,
     ).y[0]  # fmt: skip
-    found = motion.sel(output="coupler_X")
-    dead = 1300  # all bars in line soon after 0.65 s
-    np.testing.assert_allclose(found[:dead], np.sin(exact)[:dead], atol=1e-6)
+    position = motion.sel(output="coupler_X")
+    dead_point = 1300  # all bars in line soon after 0.65 s
+    np.testing.assert_allclose(position[:dead_point], np.sin(exact)[:dead_point], atol=1e-6)
     # How near a step comes to the dead point, where the Jacobian loses rank, is up to rounding.
-    np.testing.assert_allclose(found, np.sin(exact), atol=2e-4)
+    np.testing.assert_allclose(position, np.sin(exact), atol=2e-4)
     np.testing.assert_allclose(motion.sel(output="coupler_Y"), np.cos(exact), atol=2e-4)
 
 
 def test_reactions_of_redundant_joints_still_add_up():
     three = fb.simulate(parallelogram(3), duration=0.5, step=1e-3)
     mass = 3 * 2000.0 * 0.02**2 + 0.8
-    up = sum(three.sel(output=f"F{k}_Y") for k in range(3))
-    start = float(up.isel(time=0))
+    vertical_force = sum(three.sel(output=f"F{k}_Y") for k in range(3))
+    start = float(vertical_force.isel(time=0))
     m = 2000.0 * 0.02**2
     inertia = 3 * m * (1 / 3 + 0.02**2 / 12) + 0.8
     arm = 3 * m / 2 + 0.8
@@ -177,10 +177,12 @@ def test_sensors_of_forces_that_joints_share_are_warned_of():
             sensors={"F": fb.Reaction("A"), "x": fb.Position("bar")},
         )
 
-    alone = fb.simulate(bar("A"), duration=0.01, step=1e-3)
+    single_pin = fb.simulate(bar("A"), duration=0.01, step=1e-3)
     with pytest.warns(
         fb.errors.FlexbandWarning, match="sensor 'F' measures .* joint 'A' and joint 'A2'"
     ):
-        shared = fb.simulate(bar("A", "A2"), duration=0.01, step=1e-3)
+        two_pins = fb.simulate(bar("A", "A2"), duration=0.01, step=1e-3)
     names = ["F_X", "F_Y"]
-    np.testing.assert_allclose(2 * shared.sel(output=names), alone.sel(output=names), rtol=1e-9)
+    np.testing.assert_allclose(
+        2 * two_pins.sel(output=names), single_pin.sel(output=names), rtol=1e-9
+    )

@@ -34,8 +34,8 @@ def test_lag_and_damping_of_a_free_vibration(radius):
     steps = 200
     delta = (1 - radius) / (1 + radius)
     x = OMEGA / 200
-    found = run(mass_on_spring(), 4, steps, radius)
-    r, v = found.sel(output=["r_X", "v_X"]).values
+    motion = run(mass_on_spring(), 4, steps, radius)
+    r, v = motion.sel(output=["r_X", "v_X"]).values
     z = (r - 1) - 1j * v / OMEGA
     lag = -np.angle(z[-1] / z[0]) / (OMEGA * 4)
     damping = -np.log(abs(z[-1] / z[0])) / (OMEGA * 4)
@@ -45,29 +45,29 @@ def test_lag_and_damping_of_a_free_vibration(radius):
 
 @pytest.mark.parametrize(("steps", "radius"), [(10, 0.7), (20, 1.0), (30, 0.0)])
 def test_the_warning_tells_frequency_lag_and_error(steps, radius):
-    with pytest.warns(fb.errors.FlexbandWarning, match="steps per period") as issued:
-        found = run(mass_on_spring(), 20, steps, radius)
-    message = str(issued[0].message)
+    with pytest.warns(fb.errors.FlexbandWarning, match="steps per period") as records:
+        motion = run(mass_on_spring(), 20, steps, radius)
+    message = str(records[0].message)
     numbers = [float(x) for x in re.findall(r"([\d.]+) (?:Hz|steps|rad)", message)]
-    z = found.sel(output="r_X").values - 1 - 1j * found.sel(output="v_X").values / OMEGA
+    z = motion.sel(output="r_X").values - 1 - 1j * motion.sel(output="v_X").values / OMEGA
     lag = OMEGA * 20 - np.unwrap(np.angle(z))[-1]
-    exact = 0.5 * np.cos(OMEGA * found.time)
-    off = found.sel(output="r_X") - 1 - exact
-    error = float(np.sqrt((off**2).mean()) / exact.std())
+    exact = 0.5 * np.cos(OMEGA * motion.time)
+    deviation = motion.sel(output="r_X") - 1 - exact
+    error = float(np.sqrt((deviation**2).mean()) / exact.std())
     assert numbers[:2] == pytest.approx([1.0, steps], rel=0.06)
     assert numbers[2] == pytest.approx(lag, rel=0.25)
-    said = float(re.search(r"error of about (\d+)%", message)[1]) / 100
-    assert said == pytest.approx(error, rel=0.25)
-    wanted = numbers[3]
-    better = run(mass_on_spring(), 20, int(wanted), radius).sel(output="r_X")
-    off = better - 1 - 0.5 * np.cos(OMEGA * better.time)
-    assert 0.005 < float(np.sqrt((off**2).mean())) / np.sqrt(0.125) < 0.015
+    error_estimate = float(re.search(r"error of about (\d+)%", message)[1]) / 100
+    assert error_estimate == pytest.approx(error, rel=0.25)
+    advised_steps = numbers[3]
+    finer_motion = run(mass_on_spring(), 20, int(advised_steps), radius).sel(output="r_X")
+    deviation = finer_motion - 1 - 0.5 * np.cos(OMEGA * finer_motion.time)
+    assert 0.005 < float(np.sqrt((deviation**2).mean())) / np.sqrt(0.125) < 0.015
 
 
 def test_what_is_forced_or_resolved_or_at_rest_is_not_warned_of():
     """A force below the natural frequency moves the mass with an error of (ωh)²/12 at most."""
-    pushed = mass_on_spring(1.0, lambda t: 10.0 * np.sin(OMEGA * t) ** 3, 20 * OMEGA)
-    run(pushed, 20, 25)
+    mechanism = mass_on_spring(1.0, lambda t: 10.0 * np.sin(OMEGA * t) ** 3, 20 * OMEGA)
+    run(mechanism, 20, 25)
     run(mass_on_spring(), 20, 300)
     run(mass_on_spring(1.0), 20, 10)
 

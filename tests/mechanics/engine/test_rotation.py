@@ -8,7 +8,7 @@ import pytest
 
 import flexband as fb
 
-LOST = {0.5: 1.5e-2, 0.7: 4.2e-3, 0.9: 4e-4, 0.95: 9e-5, 0.98: 1.4e-5, 1.0: 1e-12}
+SPEED_LOSSES = {0.5: 1.5e-2, 0.7: 4.2e-3, 0.9: 4e-4, 0.95: 9e-5, 0.98: 1.4e-5, 1.0: 1e-12}
 
 
 def disc(rate):
@@ -22,11 +22,11 @@ def speed_kept(rate, steps, radius):
     return float(motion[0, -1]) / rate
 
 
-@pytest.mark.parametrize(("radius", "lost"), LOST.items())
-def test_a_free_disc_keeps_its_speed(radius, lost):
+@pytest.mark.parametrize(("radius", "speed_loss"), SPEED_LOSSES.items())
+def test_a_free_disc_keeps_its_speed(radius, speed_loss):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fb.errors.FlexbandWarning)
-        assert abs(speed_kept(0.1, 10_000, radius) - 1) < lost
+        assert abs(speed_kept(0.1, 10_000, radius) - 1) < speed_loss
         assert 0.1 < speed_kept(2.0, 1000, radius) < 1 + 1e-9
 
 
@@ -102,9 +102,9 @@ def test_a_driven_bar_has_the_rates_of_its_drive(step):
 def test_a_drive_may_have_a_kink():
     with pytest.warns(fb.errors.ResolutionWarning, match="rate jumps at t = 0.5 s"):
         motion = fb.simulate(bar(lambda t: 2 * max(0.0, t - 0.5)), duration=1.0, step=1e-2)
-    found = motion.sel(output="w").values
-    np.testing.assert_allclose(found[:50], 0.0, atol=1e-9)
-    np.testing.assert_allclose(found[51:], 2.0, atol=1e-9)
+    rates = motion.sel(output="w").values
+    np.testing.assert_allclose(rates[:50], 0.0, atol=1e-9)
+    np.testing.assert_allclose(rates[51:], 2.0, atol=1e-9)
 
 
 def test_a_stiff_cable_bears_a_sudden_force():
@@ -122,8 +122,8 @@ def test_a_stiff_cable_bears_a_sudden_force():
     assert float(force[-100:].mean()) == pytest.approx(-3.0, abs=0.1)
 
 
-@pytest.mark.parametrize("longer", [0.0, 1e-13, 1e-11])
-def test_a_plate_on_three_cranks_shares_its_weight(longer):
+@pytest.mark.parametrize("excess_length", [0.0, 1e-13, 1e-11])
+def test_a_plate_on_three_cranks_shares_its_weight(excess_length):
     """Statically indeterminate; the least multipliers are bounded by weight and inertia."""
     c = np.cos(0.3)
     s = np.sin(0.3)
@@ -136,20 +136,23 @@ def test_a_plate_on_three_cranks_shares_its_weight(longer):
     sensors = {"a": fb.Acceleration("plate")}
     for k in range(3):
         bodies[f"c{k}"] = fb.RigidBody.bar(
-            length=0.2 + (longer if k == 2 else 0.0), height=0.02, width=0.01, density=1000.0,
-            start=(0.4 * k, 0.0), angle=0.3, rate=5.0,
+            length=0.2 + (excess_length if k == 2 else 0.0), height=0.02, width=0.01,
+            density=1000.0, start=(0.4 * k, 0.0), angle=0.3, rate=5.0,
         )  # fmt: skip
         joints |= {f"A{k}": fb.Revolute(f"c{k}.start", (0.4 * k, 0.0))}
         joints |= {f"B{k}": fb.Revolute(f"plate.{k}", f"c{k}.end")}
         names += [f"B{k}"]
         sensors[f"B{k}"] = fb.Reaction(f"B{k}")
     model = fb.Mechanism(bodies=bodies, joints=joints, loads={"g": fb.Gravity()}, sensors=sensors)
+    # Reactions are bounded, and together they carry weight and inertia.
     motion = fb.simulate(model, duration=2.0, step=1e-3)
     assert "joint 'B2'" in motion.attrs["not_unique"]
     forces = motion.sel(output=[f"{n}_{axis}" for n in names for axis in "XY"])
     assert np.abs(forces).max() < 30.0
-    up = sum(motion.sel(output=f"{n}_Y") for n in names)
-    np.testing.assert_allclose(np.abs(up), np.abs(motion.sel(output="a_Y") + 9.81), atol=1e-4)
+    vertical_force = sum(motion.sel(output=f"{n}_Y") for n in names)
+    np.testing.assert_allclose(
+        np.abs(vertical_force), np.abs(motion.sel(output="a_Y") + 9.81), atol=1e-4
+    )
 
 
 @pytest.mark.filterwarnings("ignore:.*numerical damping takes")
@@ -165,16 +168,18 @@ def test_a_lag_that_adds_up_over_swings_is_warned_of(radius):
     )
     step = 1e-3 if radius > 0 else 5e-4
     integrator = fb.GeneralizedAlpha(spectral_radius=radius)
-    with pytest.warns(fb.errors.ResolutionWarning, match=r"swings by about ± 25\.[12] rad") as told:
+    with pytest.warns(
+        fb.errors.ResolutionWarning, match=r"swings by about ± 25\.[12] rad"
+    ) as records:
         motion = fb.simulate(model, duration=10.0, step=step, integrator=integrator)
-    text = next(str(w.message) for w in told if "swings" in str(w.message))
+    text = next(str(w.message) for w in records if "swings" in str(w.message))
     error = motion[0] / (8 * np.pi) + 1 - np.cos(5 * motion.time)
-    stated = float(re.findall(r"lags by about (\S+) rad", text)[0])
-    assert stated == pytest.approx(float(np.abs(error).max()), rel=0.05)
-    shorter = float(re.findall(r"that is (\S+) times shorter", text)[0])
-    finer = fb.simulate(
-        model, duration=10.0, step=0.1, substeps=int(0.1 * shorter / step) + 1,
+    lag = float(re.findall(r"lags by about (\S+) rad", text)[0])
+    assert lag == pytest.approx(float(np.abs(error).max()), rel=0.05)
+    step_ratio = float(re.findall(r"that is (\S+) times shorter", text)[0])
+    finer_motion = fb.simulate(
+        model, duration=10.0, step=0.1, substeps=int(0.1 * step_ratio / step) + 1,
         integrator=integrator,
     )  # fmt: skip
-    error = finer[0] / (8 * np.pi) + 1 - np.cos(5 * finer.time)
+    error = finer_motion[0] / (8 * np.pi) + 1 - np.cos(5 * finer_motion.time)
     assert float(np.abs(error).max()) == pytest.approx(0.01, rel=0.1)

@@ -36,9 +36,9 @@ STATES = {
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 @pytest.mark.parametrize("state", STATES)
 def test_ctrl_c_ends_the_process(state):
-    ready = 'law = fb.ForceLaw(["bar.end"], endless)\nprint("ready", flush=True)\n'
+    setup_code = 'law = fb.ForceLaw(["bar.end"], endless)\nprint("ready", flush=True)\n'
     process = subprocess.Popen(
-        [sys.executable, "-c", PENDULUM + ready + STATES[state]],
+        [sys.executable, "-c", PENDULUM + setup_code + STATES[state]],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -57,11 +57,11 @@ def test_ctrl_c_ends_the_process(state):
 
 def test_an_error_stops_the_other_blocks():
     flags = []
-    ran = []
+    blocks = []
 
     def run(block):
         flags.append(stop_flag())
-        ran.append(block)
+        blocks.append(block)
         if block == 1:
             raise OSError("full")
         while block == 0 and not stop_flag().any():
@@ -70,7 +70,7 @@ def test_an_error_stops_the_other_blocks():
 
     with pytest.raises(OSError, match="full"):
         in_parallel(run, 100, 100, 2)
-    assert len(ran) < 100
+    assert len(blocks) < 100
     assert flags[0] is flags[1]
     assert np.all(flags[0] == 1)
 

@@ -30,7 +30,7 @@ def brake(friction):
     return Brake("a", "b", friction=friction, radius=0.1, force=1.0)
 
 
-def touching(friction):
+def floor_contact(friction):
     return Contact("a", "b", CircleOnLine(), LAW, friction=friction)
 
 
@@ -38,43 +38,47 @@ def stop(friction):
     return Stop("a", "b", LAW, upper=1.0, friction=friction)
 
 
-PARTS = [revolute, prismatic, slot, brake, touching, stop]
+PARTS = [revolute, prismatic, slot, brake, floor_contact, stop]
 NAMES = {revolute: "Revolute", prismatic: "Prismatic", slot: "Slot", brake: "Brake",
-         touching: "Contact", stop: "Stop"}  # fmt: skip
+         floor_contact: "Contact", stop: "Stop"}  # fmt: skip
 
 negative = st.floats(-1e6, -1e-9) | st.just(-np.inf)
 positive = st.floats(1e-6, 1e3)
-never = negative | st.sampled_from([np.nan, np.inf])
+invalid_numbers = negative | st.sampled_from([np.nan, np.inf])
 
 
-def refused(make, *words):
+def assert_refusal(make, *words):
     with pytest.raises(fb.errors.InputError) as error:
         make()
     for word in words:
         assert word in str(error.value)
 
 
-@given(mu=never)
+@given(mu=invalid_numbers)
 @settings(max_examples=20, deadline=None)
 @pytest.mark.parametrize("part", PARTS)
 def test_a_coefficient_that_is_no_number_from_0_on(part, mu):
-    refused(lambda: part(mu), f"{NAMES[part]} friction", f"{mu:g}"[:4])
+    assert_refusal(lambda: part(mu), f"{NAMES[part]} friction", f"{mu:g}"[:4])
 
 
-@given(mu=never, good=positive)
+@given(mu=invalid_numbers, coefficient=positive)
 @settings(max_examples=30, deadline=None)
-def test_numbers_of_the_law_that_are_out_of_their_range(mu, good):
-    refused(lambda: Coulomb(kinetic=mu), "Coulomb kinetic", f"{mu:g}"[:4])
-    refused(lambda: Coulomb(kinetic=good, static=mu), "Coulomb static", f"{mu:g}"[:4])
-    refused(lambda: Coulomb(kinetic=good, viscous=mu), "Coulomb viscous", f"{mu:g}"[:4])
-    refused(lambda: Coulomb(kinetic=good, stribeck_speed=mu), "Coulomb stribeck", f"{mu:g}"[:4])
+def test_numbers_of_the_law_that_are_out_of_their_range(mu, coefficient):
+    assert_refusal(lambda: Coulomb(kinetic=mu), "Coulomb kinetic", f"{mu:g}"[:4])
+    assert_refusal(lambda: Coulomb(kinetic=coefficient, static=mu), "Coulomb static", f"{mu:g}"[:4])
+    assert_refusal(
+        lambda: Coulomb(kinetic=coefficient, viscous=mu), "Coulomb viscous", f"{mu:g}"[:4]
+    )
+    assert_refusal(
+        lambda: Coulomb(kinetic=coefficient, stribeck_speed=mu), "Coulomb stribeck", f"{mu:g}"[:4]
+    )
 
 
 @given(kinetic=st.floats(0.01, 10.0), share=st.floats(0.0, 0.999))
 @settings(max_examples=30, deadline=None)
 def test_a_static_coefficient_below_the_kinetic_one(kinetic, share):
     static = share * kinetic
-    refused(lambda: Coulomb(kinetic=kinetic, static=static), "Coulomb static", str(static))
+    assert_refusal(lambda: Coulomb(kinetic=kinetic, static=static), "Coulomb static", str(static))
 
 
 @given(kinetic=positive, rise=st.floats(0.0, 10.0), speed=positive, viscous=st.floats(0.0, 1e3))

@@ -36,12 +36,12 @@ def test_a_rough_rail_does_not_stop_linked_wagons(static):
     mu = 0.01
     model = wagons(contact.Coulomb(kinetic=mu, static=static))
     motion = fb.simulate(model, duration=0.4, step=0.05)
-    later = motion["time"].values >= 0.2
-    t = motion["time"].values[later] - 0.2
-    v = motion.sel(output="v_X").values[later]
+    after_impact = motion["time"].values >= 0.2
+    t = motion["time"].values[after_impact] - 0.2
+    v = motion.sel(output="v_X").values[after_impact]
     np.testing.assert_allclose(v, 1.5 - mu * G * 1.0 / 4.0 * t, rtol=1e-7)
-    np.testing.assert_allclose(motion.sel(output="lost").values[later], 1.5, rtol=1e-9)
-    np.testing.assert_allclose(motion.sel(output="T").values[later], 2.0 * v**2, rtol=1e-9)
+    np.testing.assert_allclose(motion.sel(output="lost").values[after_impact], 1.5, rtol=1e-9)
+    np.testing.assert_allclose(motion.sel(output="T").values[after_impact], 2.0 * v**2, rtol=1e-9)
 
 
 def test_a_brake_does_not_stop_a_wheel_that_a_gear_engages():
@@ -165,8 +165,8 @@ def test_a_drive_that_starts_at_once_takes_a_brake_along(force):
     )
     with pytest.warns(fb.errors.ResolutionWarning, match="takes an impulse"):
         motion = fb.simulate(model, duration=0.3, step=0.05).isel(time=-1)
-    braked = 0.04 * force * 3.0 * 0.2
-    np.testing.assert_allclose(motion, [3.0, 2.7 + braked, -braked], rtol=1e-5, atol=1e-9)
+    brake_work = 0.04 * force * 3.0 * 0.2
+    np.testing.assert_allclose(motion, [3.0, 2.7 + brake_work, -brake_work], rtol=1e-5, atol=1e-9)
 
 
 def test_what_slides_may_reverse_in_an_impact():
@@ -191,8 +191,8 @@ def test_what_slides_may_reverse_in_an_impact():
 
 @pytest.mark.parametrize("seed", range(60, 76))
 def test_random_mechanisms_have_the_speeds_of_their_impulse_problems(seed):
-    _, outcome, why = judged(seed)
-    assert outcome in ("right", "refused"), why
+    _, outcome, reason = judged(seed)
+    assert outcome in ("right", "refused"), reason
 
 
 @pytest.mark.parametrize("friction", [0.01, 0.3, 0.9])
@@ -223,14 +223,14 @@ def test_a_motion_that_goes_on_with_a_link_at_a_slope(friction, sense):
         )
 
     step = 1e-6
-    free = fb.simulate(wagons(), duration=step, step=step, keep_state=True)
+    first = fb.simulate(wagons(), duration=step, step=step, keep_state=True)
     length = float(np.hypot(1.0 - v0 * step, heights[1]))
-    held = wagons(link=fb.Distance("a", "b", length))
-    motion = fb.simulate(held, duration=step, step=step, start=free)
+    mechanism = wagons(link=fb.Distance("a", "b", length))
+    motion = fb.simulate(mechanism, duration=step, step=step, start=first)
     part = 1.0 - friction * np.tan(slope)
     v = m * v0 * part / (M + m * part)
-    after = motion.isel(time=0).sel(output=["a_X", "b_X", "T"]).values
-    np.testing.assert_allclose(after[:2], v, rtol=1e-5)
-    lost = 0.5 * m * v0**2 - 0.5 * (m + M) * v**2
-    assert motion.attrs["lost_energy"][0] == pytest.approx(lost, rel=1e-5)
-    assert after[2] == pytest.approx(0.5 * (m + M) * v**2, rel=1e-5)
+    start_values = motion.isel(time=0).sel(output=["a_X", "b_X", "T"]).values
+    np.testing.assert_allclose(start_values[:2], v, rtol=1e-5)
+    energy_loss = 0.5 * m * v0**2 - 0.5 * (m + M) * v**2
+    assert motion.attrs["lost_energy"][0] == pytest.approx(energy_loss, rel=1e-5)
+    assert start_values[2] == pytest.approx(0.5 * (m + M) * v**2, rel=1e-5)

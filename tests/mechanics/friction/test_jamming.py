@@ -40,14 +40,14 @@ def test_a_rod_jams_from_kappa_1_on(kappa, angle):
     if kappa < 1.0:
         assert np.isfinite(fb.simulate(model, duration=1e-3, step=1e-3).values).all()
         return
-    with pytest.raises(fb.errors.RunError, match="friction of 'slot' jams") as caught:
+    with pytest.raises(fb.errors.RunError, match="friction of 'slot' jams") as error:
         fb.simulate(model, duration=1e-3, step=1e-3)
-    found = re.search(r"κ = ([\d.]+)", str(caught.value))
-    assert found
-    assert float(found[1]) == pytest.approx(kappa, rel=6e-3)
+    kappa_text = re.search(r"κ = ([\d.]+)", str(error.value))
+    assert kappa_text
+    assert float(kappa_text[1]) == pytest.approx(kappa, rel=6e-3)
 
 
-def locked(**rough):
+def bars_in_line(**friction_parts):
     """Two bars in line between two pins, which a drive is to turn, and a wheel with friction."""
     bar = {"mass": 1.0, "inertia": 0.1, "points": {"a": (-0.5, 0.0), "b": (0.5, 0.0)}}
     return fb.Mechanism(
@@ -61,9 +61,12 @@ def locked(**rough):
             "2": fb.Revolute("x.b", "y.a"),
             "3": fb.Revolute("y.b", (2.0, 0.0)),
             "drive": fb.PrescribedRotation("x", lambda t: 0.5 * t),
-            "axle": rough.get("axle", fb.Revolute("wheel", (0.0, 3.0))),
+            "axle": friction_parts.get("axle", fb.Revolute("wheel", (0.0, 3.0))),
         },
-        loads={"g": fb.Gravity(), **({"rough": rough["load"]} if "load" in rough else {})},
+        loads={
+            "g": fb.Gravity(),
+            **({"rough": friction_parts["load"]} if "load" in friction_parts else {}),
+        },
         sensors={"p": fb.Position("x.b")},
     )
 
@@ -72,7 +75,7 @@ LAW = contact.KeepsRestitution(stiffness=1e6, restitution=0.5)
 
 
 @pytest.mark.parametrize(
-    "rough",
+    "friction_parts",
     [
         {},
         {"axle": fb.Revolute("wheel", (0.0, 3.0), radius=0.1, friction=0.2)},
@@ -85,10 +88,10 @@ LAW = contact.KeepsRestitution(stiffness=1e6, restitution=0.5)
     ],
     ids=["smooth", "axle", "clutch", "contact"],
 )
-def test_friction_is_not_to_blame_for_joints_that_contradict_each_other(rough):
-    with pytest.raises(fb.errors.RunError, match="constraints contradict each other") as caught:
-        fb.simulate(locked(**rough), duration=0.1, step=1e-3)
-    assert "jam" not in str(caught.value)
+def test_friction_is_not_to_blame_for_joints_that_contradict_each_other(friction_parts):
+    with pytest.raises(fb.errors.RunError, match="constraints contradict each other") as error:
+        fb.simulate(bars_in_line(**friction_parts), duration=0.1, step=1e-3)
+    assert "jam" not in str(error.value)
 
 
 def test_a_rough_beam_between_pins_that_cannot_meet():

@@ -9,7 +9,7 @@ from flexband.contact import FrictionForce
 G = 9.81
 
 
-def simulated(model, duration, count=20, tolerance=1e-10):
+def simulate(model, duration, count=20, tolerance=1e-10):
     integrator = fb.GeneralizedAlpha(step_tolerance=tolerance, spectral_radius=1.0)
     return fb.simulate(model, duration=duration, step=duration / count, integrator=integrator)
 
@@ -35,7 +35,7 @@ def test_a_flywheel_on_a_rough_pin_spins_down():
     )  # fmt: skip
     moment = arm(mu, r) * mass * G
     stops = inertia * rate / moment
-    motion = simulated(model, 1.2 * stops)
+    motion = simulate(model, 1.2 * stops)
     t = motion["time"].values
     w = motion.sel(output="w").values
     np.testing.assert_allclose(w, rate * np.maximum(1 - t / stops, 0.0), rtol=0, atol=2e-5)
@@ -63,7 +63,7 @@ def test_a_sheave_turns_from_the_ratio_of_its_ropes_on(share):
                "moment": fb.Moment("sheave", R * (first - second))},
         sensors={"angle": fb.Angle("sheave")},
     )  # fmt: skip
-    angle = simulated(model, 1.0).sel(output="angle").values
+    angle = simulate(model, 1.0).sel(output="angle").values
     if share < 1:
         assert np.abs(angle).max() < 1e-13
     else:
@@ -87,7 +87,7 @@ def test_a_bracket_on_a_post_jams_from_its_arm_on(share):
         loads={"load": fb.Force("bracket.load", y=-force)},
         sensors={"x": fb.Position("bracket"), "F": FrictionForce("post")},
     )  # fmt: skip
-    motion = simulated(model, 0.2)
+    motion = simulate(model, 0.2)
     y = motion.sel(output="x_Y").values
     if share > 1:
         assert np.abs(y).max() < 1e-13
@@ -104,7 +104,7 @@ def test_a_slot_rubs_by_its_one_reaction():
         loads={"g": fb.Gravity()},
         sensors={"x": fb.Position("disc"), "F": FrictionForce("slot"), "a": fb.Angle("disc")},
     )
-    motion = simulated(model, 0.5)
+    motion = simulate(model, 0.5)
     t = np.minimum(motion["time"].values, 1.0 / (0.3 * G))
     np.testing.assert_allclose(motion.sel(output="x_X"), t - 0.15 * G * t**2, rtol=0, atol=1e-8)
     assert np.abs(motion.sel(output="a")).max() < 1e-13
@@ -114,17 +114,17 @@ def test_friction_of_a_force_that_grows_is_that_of_each_instant():
     """A block pulled along a slot by P and pressed by N + c t: x = P t²/2 − µ (N t²/2 + c t³/6)."""
     pull = 20.0
     normal = 10.0
-    grows = 200.0
+    growth = 200.0
     mu = 0.3
     model = fb.Mechanism(
         bodies={"m": fb.RigidBody(mass=1.0, inertia=0.01)},
         joints={"slot": fb.Slot("m", (0.0, 0.0), friction=mu)},
-        loads={"f": fb.Force("m", x=pull, y=lambda t: -(normal + grows * np.asarray(t)))},
+        loads={"f": fb.Force("m", x=pull, y=lambda t: -(normal + growth * np.asarray(t)))},
         sensors={"x": fb.Position("m")},
     )
-    motion = simulated(model, 0.1, 5)
+    motion = simulate(model, 0.1, 5)
     t = motion["time"].values
-    exact = pull * t**2 / 2 - mu * (normal * t**2 / 2 + grows * t**3 / 6)
+    exact = pull * t**2 / 2 - mu * (normal * t**2 / 2 + growth * t**3 / 6)
     np.testing.assert_allclose(motion.sel(output="x_X"), exact, rtol=0, atol=1e-6)
 
 
@@ -152,11 +152,11 @@ def test_a_crank_passes_the_dead_centres_of_a_rough_slider():
         loads={"press": fb.Force("slider", y=-20.0)},
         sensors={"a": fb.Angle("crank"), "E": fb.KineticEnergy(), "F": FrictionForce("guide")},
     )
-    motion = simulated(model, 0.4, 40)
+    motion = simulate(model, 0.4, 40)
     energy = motion.sel(output="E").values
-    turned = motion.sel(output="a").values[-1] - np.pi / 2
-    assert turned > 2 * np.pi
-    assert 0 < energy[0] - energy[-1] < 2 * 1e-3 * 60.0 * 0.2 * (turned / np.pi + 1)
+    turn = motion.sel(output="a").values[-1] - np.pi / 2
+    assert turn > 2 * np.pi
+    assert 0 < energy[0] - energy[-1] < 2 * 1e-3 * 60.0 * 0.2 * (turn / np.pi + 1)
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
@@ -185,5 +185,7 @@ def test_a_rod_whose_end_slides_has_the_reaction_of_its_equations_until_it_jams(
             fb.simulate(model, duration=1e-3, step=1e-3)
         return
     motion = fb.simulate(model, duration=1e-3, step=1e-3)
-    free = m * 9.81 / (1.0 + m * length**2 * s * s / inertia)
-    assert float(motion.sel(output="N_Y")[0]) == pytest.approx(free / (1 - sense * ratio), rel=1e-9)
+    frictionless_force = m * 9.81 / (1.0 + m * length**2 * s * s / inertia)
+    assert float(motion.sel(output="N_Y")[0]) == pytest.approx(
+        frictionless_force / (1 - sense * ratio), rel=1e-9
+    )

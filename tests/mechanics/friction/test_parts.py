@@ -13,7 +13,7 @@ def at(result, output):
     return result.sel(output=output).values
 
 
-def disc(speed, *, radius=0.1, friction=0.2, **others):
+def disc(speed, *, radius=0.1, friction=0.2, **loads):
     body = fb.RigidBody(
         mass=1.0, inertia=0.5 * radius**2, position=(0.0, radius - g / 1e7), velocity=(speed, 0.0)
     )
@@ -21,7 +21,7 @@ def disc(speed, *, radius=0.1, friction=0.2, **others):
     contact = fb.contact.Contact("disc", (0.0, 0.0), floor, RUBBER, True, friction)
     return fb.Mechanism(
         bodies={"disc": body},
-        loads={"gravity": fb.Gravity(), "floor": contact, **others},
+        loads={"gravity": fb.Gravity(), "floor": contact, **loads},
         sensors={
             "x": fb.Position("disc"),
             "turn": fb.AngularVelocity("disc"),
@@ -34,9 +34,9 @@ def disc(speed, *, radius=0.1, friction=0.2, **others):
 def test_a_disc_rolls_in_a_bowl_and_from_a_ball(inside, sign):
     """With the distance c of the centres, 1.5 c φ̈ = ∓g sin φ."""
     radius = 0.1
-    other = 1.0
+    other_radius = 1.0
     start = 0.3
-    distance = other - radius if inside else other + radius
+    distance = other_radius - radius if inside else other_radius + radius
     kind = fb.contact.CircleInCircle if inside else fb.contact.CircleOnCircle
     place = distance * np.sin(start), -sign * distance * np.cos(start)
     mechanism = fb.Mechanism(
@@ -44,15 +44,15 @@ def test_a_disc_rolls_in_a_bowl_and_from_a_ball(inside, sign):
         loads={
             "gravity": fb.Gravity(),
             "rolls": fb.contact.Contact(
-                "disc", (0.0, 0.0), kind(radii=(radius, other)), RUBBER, True, 2.0
+                "disc", (0.0, 0.0), kind(radii=(radius, other_radius)), RUBBER, True, 2.0
             ),
         },
         sensors={"x": fb.Position("disc"), "v": fb.Velocity("disc")},
     )
     motion = fb.simulate(mechanism, duration=0.3, step=0.01)
     speed = np.hypot(at(motion, "v_X"), at(motion, "v_Y"))[-1]
-    fallen = at(motion, "x_Y")[0] - at(motion, "x_Y")[-1]
-    assert speed == pytest.approx(np.sqrt(4 / 3 * g * fallen), rel=2e-4)
+    drop = at(motion, "x_Y")[0] - at(motion, "x_Y")[-1]
+    assert speed == pytest.approx(np.sqrt(4 / 3 * g * drop), rel=2e-4)
 
 
 def test_a_pin_with_play_slows_down_as_one_without():
@@ -79,9 +79,9 @@ def test_a_pin_with_play_slows_down_as_one_without():
 @pytest.mark.parametrize("driver", ["wheel", "pinion"])
 def test_the_efficiency_of_gears_is_that_of_power(efficiency, driver):
     """Held in balance, the driven gear has the efficiency times the moment of ideal gears."""
-    power = 0.2 if driver == "wheel" else 0.1
-    other = 0.1 if driver == "wheel" else 0.2
-    driven, sign = ("pinion", 1.0) if driver == "wheel" else ("wheel", -1.0)
+    drive_radius = 0.2 if driver == "wheel" else 0.1
+    load_radius = 0.1 if driver == "wheel" else 0.2
+    driven_gear, sign = ("pinion", 1.0) if driver == "wheel" else ("wheel", -1.0)
     train = fb.Mechanism(
         bodies={
             "wheel": fb.RigidBody(mass=1.0, inertia=1e-2, rate=1.0),
@@ -94,12 +94,12 @@ def test_the_efficiency_of_gears_is_that_of_power(efficiency, driver):
         },
         loads={
             "drive": fb.Moment(driver, sign),
-            "load": fb.Moment(driven, sign * efficiency * other / power),
+            "load": fb.Moment(driven_gear, sign * efficiency * load_radius / drive_radius),
         },
         sensors={"turn": fb.AngularVelocity("wheel")},
     )
-    exact = fb.GeneralizedAlpha(step_tolerance=1e-9, spectral_radius=1.0)
-    motion = fb.simulate(train, duration=0.5, step=0.05, integrator=exact)
+    integrator = fb.GeneralizedAlpha(step_tolerance=1e-9, spectral_radius=1.0)
+    motion = fb.simulate(train, duration=0.5, step=0.05, integrator=integrator)
     np.testing.assert_allclose(at(motion, "turn"), 1.0, rtol=1e-7)
 
 
@@ -143,10 +143,10 @@ def test_bristles_bend_until_they_slide():
     )
     motion = fb.simulate(mechanism, duration=0.05, step=1e-4)
     t, level = motion["time"].values, 2.0 + np.exp(-((u / 0.05) ** 2))
-    bent = np.exp(-1e4 * u * t / level)
-    np.testing.assert_allclose(at(motion, "z"), level / 1e4 * (1 - bent), atol=2e-8)
+    decay = np.exp(-1e4 * u * t / level)
+    np.testing.assert_allclose(at(motion, "z"), level / 1e4 * (1 - decay), atol=2e-8)
     force = np.hypot(at(motion, "F_X"), at(motion, "F_Y"))
-    exact = level * (1 - bent) + 30.0 * u * bent + 5.0 * u
+    exact = level * (1 - decay) + 30.0 * u * decay + 5.0 * u
     np.testing.assert_allclose(force[5:], exact[5:], rtol=1e-3)
 
 
@@ -160,18 +160,18 @@ def sledge(friction=0.3, **joints):
 
 
 def test_friction_that_sticks_goes_on_where_it_is():
-    whole = fb.simulate(sledge(), duration=0.6, step=0.05)
+    full_motion = fb.simulate(sledge(), duration=0.6, step=0.05)
     first = fb.simulate(sledge(), duration=0.4, step=0.05, keep_state=True)
     second = fb.simulate(sledge(), duration=0.2, step=0.05, start=first)
-    np.testing.assert_allclose(at(second, "x_X"), at(whole, "x_X")[8:], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(at(second, "x_X"), at(full_motion, "x_X")[8:], rtol=0, atol=1e-12)
 
 
 def test_samples_with_friction_do_not_depend_on_each_other():
     mus = np.array([0.1, 0.3, 0.05, 0.7])
-    together = fb.simulate(sledge(mus), duration=0.4, step=0.05)
+    batch = fb.simulate(sledge(mus), duration=0.4, step=0.05)
     for k, mu in enumerate(mus):
-        alone = fb.simulate(sledge(mu), duration=0.4, step=0.05)
-        np.testing.assert_array_equal(together[k], alone)
+        single_run = fb.simulate(sledge(mu), duration=0.4, step=0.05)
+        np.testing.assert_array_equal(batch[k], single_run)
 
 
 def test_what_has_friction_sticks_in_modes():
@@ -195,12 +195,12 @@ def test_what_has_friction_sticks_in_modes():
             sensors={"x": fb.Position("b")},
         )
 
-    free = fb.modes(model(None), count=2, about="start")
-    stuck = fb.modes(model(0.2), count=1, about="start")
-    assert float(free.frequency[0]) * 2 * np.pi == pytest.approx(
+    smooth_modes = fb.modes(model(None), count=2, about="start")
+    sticking_modes = fb.modes(model(0.2), count=1, about="start")
+    assert float(smooth_modes.frequency[0]) * 2 * np.pi == pytest.approx(
         10 * (np.sqrt(5) - 1) / 2, rel=1e-6
     )
-    assert float(stuck.frequency[0]) * 2 * np.pi == pytest.approx(10.0, rel=1e-6)
+    assert float(sticking_modes.frequency[0]) * 2 * np.pi == pytest.approx(10.0, rel=1e-6)
 
 
 def test_equilibrium_says_that_it_leaves_friction_out():

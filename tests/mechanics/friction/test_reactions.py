@@ -14,7 +14,7 @@ J = 0.02
 LAW = KeepsRestitution(stiffness=1e6, exponent=1.0)
 
 
-def on(joint, wheel):
+def wheel_on(joint, wheel):
     """A wheel under gravity on a joint that it rubs on."""
     return fb.Mechanism(
         bodies={"wheel": wheel},
@@ -33,7 +33,7 @@ def pin(friction=0.3):
     """A pin in a hole with clearance."""
     wheel = fb.RigidBody(mass=M, inertia=J, position=(0.03, -0.04), velocity=(0.4, 0.3), rate=3.0)
     joint = fb.Revolute("wheel", (0.0, 0.0), clearance=0.05, radius=0.1, law=LAW, friction=friction)
-    return on(joint, wheel)
+    return wheel_on(joint, wheel)
 
 
 def slider(friction=0.3):
@@ -44,10 +44,10 @@ def slider(friction=0.3):
     joint = fb.Prismatic(
         "wheel", (0.0, 0.0), clearance=0.01, length=0.2, height=0.1, law=LAW, friction=friction
     )
-    return on(joint, wheel)
+    return wheel_on(joint, wheel)
 
 
-def simulated(model, duration=0.2):
+def simulate(model, duration=0.2):
     integrator = fb.GeneralizedAlpha(step_tolerance=1e-10, spectral_radius=1.0)
     return fb.simulate(model, duration=duration, step=1e-4, integrator=integrator)
 
@@ -58,7 +58,7 @@ def outputs(motion):
 
 @cache
 def motion_of(make):
-    return simulated(make())
+    return simulate(make())
 
 
 @pytest.mark.parametrize("model", [pin, slider])
@@ -69,12 +69,14 @@ def test_the_reaction_of_a_joint_with_clearance_and_friction_changes_the_momentu
     change = {"X": M * values["v_X"], "Y": M * (values["v_Y"] + G * time)}
     for axis, momentum in change.items():
         assert np.ptp(momentum) > 0.1
-        given = values[f"J_{axis}"]
-        np.testing.assert_allclose(given, momentum - momentum[0], rtol=0, atol=1e-5)
+        impulse = values[f"J_{axis}"]
+        np.testing.assert_allclose(impulse, momentum - momentum[0], rtol=0, atol=1e-5)
     mean = 0.5 * (values["M"][1:] + values["M"][:-1])  # friction jumps between two times
-    turned = J * (values["w"] - values["w"][0])
-    tolerance = 2e-3 * np.ptp(turned)
-    np.testing.assert_allclose(np.cumsum(mean) * time[1], turned[1:], rtol=0, atol=tolerance)
+    angular_impulse = J * (values["w"] - values["w"][0])
+    tolerance = 2e-3 * np.ptp(angular_impulse)
+    np.testing.assert_allclose(
+        np.cumsum(mean) * time[1], angular_impulse[1:], rtol=0, atol=tolerance
+    )
     assert values["most_Y"][-1] >= values["F_Y"].max()
 
 
@@ -89,7 +91,7 @@ def test_the_work_of_contacts_with_friction_is_what_the_energy_loses(model):
 
 def test_a_pin_in_the_middle_of_its_hole_has_no_reaction():
     joint = fb.Revolute("wheel", (0.0, 0.0), clearance=0.05, radius=0.1, law=LAW, friction=0.3)
-    motion = simulated(on(joint, fb.RigidBody(mass=M, inertia=J)), duration=1e-3)
+    motion = simulate(wheel_on(joint, fb.RigidBody(mass=M, inertia=J)), duration=1e-3)
     np.testing.assert_array_equal(motion.sel(output=["F_X", "F_Y", "M", "work"]), 0.0)
 
 
@@ -109,7 +111,7 @@ def test_the_work_of_friction_between_circles(inside):
         loads={"g": fb.Gravity(), "part": Contact("wheel", "other", geometry, LAW, friction=0.2)},
         sensors={"T": fb.KineticEnergy(), "V": fb.PotentialEnergy(), "work": fb.Work("part")},
     )
-    motion = simulated(model)
+    motion = simulate(model)
     values = outputs(motion)
     total = values["T"] + values["V"]
     assert total[-1] - total[0] < -0.1
@@ -127,10 +129,10 @@ def test_the_work_of_a_brake_and_of_a_rough_pin():
         sensors={"T": fb.KineticEnergy(), "pin": fb.Work("pin"), "brake": fb.Work("brake"),
                  "angle": fb.Angle("wheel")},
     )  # fmt: skip
-    motion = simulated(model)
+    motion = simulate(model)
     values = outputs(motion)
-    turned = values["angle"] - values["angle"][0]
-    np.testing.assert_allclose(values["brake"], -0.15 * turned, rtol=1e-6)
-    lost = values["T"] - values["T"][0]
-    np.testing.assert_allclose(values["pin"] + values["brake"], lost, rtol=0, atol=1e-6)
+    turn = values["angle"] - values["angle"][0]
+    np.testing.assert_allclose(values["brake"], -0.15 * turn, rtol=1e-6)
+    energy_change = values["T"] - values["T"][0]
+    np.testing.assert_allclose(values["pin"] + values["brake"], energy_change, rtol=0, atol=1e-6)
     assert values["pin"][-1] < -0.1

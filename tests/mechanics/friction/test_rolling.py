@@ -29,13 +29,13 @@ def disc(mu, share, *, velocity, rate=0.0, angle=0.0):
                  "F": FrictionForce("ground")},
     )  # fmt: skip
 
-    def simulated(duration, count=20):
+    def simulate(duration, count=20):
         integrator = fb.GeneralizedAlpha(step_tolerance=1e-9, spectral_radius=1.0)
         motion = fb.simulate(model, duration=duration, step=duration / count, integrator=integrator)
         along = down @ motion.sel(output=["v_X", "v_Y"]).values
         return motion, motion["time"].values, along, motion.sel(output="w").values
 
-    return simulated
+    return simulate
 
 
 @pytest.mark.parametrize(("share", "factor"), [(0.4, 2 / 7), (0.5, 1 / 3)])
@@ -53,8 +53,8 @@ def test_a_ball_and_a_disc_roll_when_friction_has_stopped_their_sliding(share, f
     assert np.abs(motion.sel(output="F_speed").values[rolling]).max() < 1e-11
     assert np.abs(motion.sel(output="F").values[rolling]).max() < 1e-6
     energy = 0.5 * (v**2 + share * (RADIUS * w) ** 2)
-    slid = speed * rolls / 2  # the mean sliding speed is half of the first
-    assert energy[0] - energy[-1] == pytest.approx(mu * G * slid, rel=1e-5)
+    sliding_distance = speed * rolls / 2  # the mean sliding speed is half of the first
+    assert energy[0] - energy[-1] == pytest.approx(mu * G * sliding_distance, rel=1e-5)
 
 
 @pytest.mark.parametrize("share", [0.4, 1.0])

@@ -48,7 +48,7 @@ K3 = 11.0
 CRITICAL = (K12 + (K11 - K22) ** 2 / (4 * K12)) / K3
 
 
-def coupled(mu):
+def flutter_roots(mu):
     """Return s of [[k11, k12 − µ k3], [k12, k22]], those with Im s > 0."""
     square = np.linalg.eigvals([[K11, K12 - mu * K3], [K12, K22]]).astype(complex)
     s = 1j * np.sqrt(square)
@@ -65,10 +65,10 @@ def test_two_modes_meet_at_the_critical_coefficient_of_hoffmanns_model():
     """Hoffmann, Fischer, Allgaier and Gaul (2002): flutter from µ = 0.4724 on."""
     mu = np.array([0.2, 0.999 * CRITICAL, 1.001 * CRITICAL, 0.8])
     modes = fb.modes(hoffmann(mu), 2, about="sliding")
-    for s, each in zip(modes["eigenvalue"].values, mu, strict=True):
-        np.testing.assert_allclose(in_order(s), coupled(each), rtol=0, atol=1e-9)
-    unstable = [[False] * 2] * 2 + [[False, True]] * 2
-    np.testing.assert_array_equal(np.sort(modes["unstable"]), unstable)
+    for s, coefficient in zip(modes["eigenvalue"].values, mu, strict=True):
+        np.testing.assert_allclose(in_order(s), flutter_roots(coefficient), rtol=0, atol=1e-9)
+    unstable_flags = [[False] * 2] * 2 + [[False, True]] * 2
+    np.testing.assert_array_equal(np.sort(modes["unstable"]), unstable_flags)
     assert modes.attrs["sliding"] == ["contact"]
 
 
@@ -85,9 +85,9 @@ def test_a_simulation_grows_as_fast_as_its_mode():
     model = hoffmann(0.8, velocity=(1e-6, 0.0))
     integrator = fb.GeneralizedAlpha(step_tolerance=1e-12, spectral_radius=1.0)
     motion = fb.simulate(model, duration=5.0, step=0.1, integrator=integrator)
-    fitted = growth(motion, "m_X", 4)
-    grows = coupled(0.8)[-1]
-    assert np.abs(fitted - grows).min() < 2e-5 * abs(grows)
+    eigenvalues = growth(motion, "m_X", 4)
+    eigenvalue = flutter_roots(0.8)[-1]
+    assert np.abs(eigenvalues - eigenvalue).min() < 2e-5 * abs(eigenvalue)
 
 
 SLOWING = Coulomb(kinetic=0.2, static=0.5, stribeck_speed=0.3)
@@ -149,7 +149,7 @@ SPRING = 400.0
 TORSION = 60.0
 
 
-def leaning(mu, inertia=J, carried=0.0, speed=-1.0):
+def leaning_rod(mu, inertia=J, share=0.0, speed=-1.0):
     """A rod whose lower end slides in a belt, on a spring at its centre and a torsion spring.
 
     A part of its mass and inertia is that of a body on a rough pin at its centre.
@@ -158,11 +158,11 @@ def leaning(mu, inertia=J, carried=0.0, speed=-1.0):
     centre = (0.0, LENGTH)
     tip = {"tip": (0.0, -LENGTH)}
     bodies["rod"] = fb.RigidBody(
-        mass=M * (1 - carried), inertia=inertia * (1 - carried), position=centre, points=tip
+        mass=M * (1 - share), inertia=inertia * (1 - share), position=centre, points=tip
     )
     joints["tip"] = fb.Slot("rod.tip", "belt", friction=mu)
-    if carried:
-        bodies["load"] = fb.RigidBody(mass=M * carried, inertia=inertia * carried, position=centre)
+    if share:
+        bodies["load"] = fb.RigidBody(mass=M * share, inertia=inertia * share, position=centre)
         joints["pin"] = fb.Revolute("load", "rod", friction=0.3, radius=0.01)
     return fb.Mechanism(
         bodies=bodies,
@@ -209,12 +209,12 @@ def rod_roots(mu):
 @pytest.mark.parametrize("mu", [0.1, 0.6])
 def test_friction_follows_the_reaction_of_its_joint(mu):
     """The reaction depends on accelerations, so that inertia is not symmetric."""
-    modes = fb.modes(leaning(mu), 4, about="sliding")
+    modes = fb.modes(leaning_rod(mu), 4, about="sliding")
     np.testing.assert_allclose(in_order(modes["eigenvalue"]), rod_roots(mu), rtol=0, atol=1e-9)
 
 
 def test_what_sticks_moves_along_and_changes_the_reactions_that_friction_follows():
-    modes = fb.modes(leaning(0.6, carried=0.4), 4, about="sliding")
+    modes = fb.modes(leaning_rod(0.6, share=0.4), 4, about="sliding")
     np.testing.assert_allclose(in_order(modes["eigenvalue"]), rod_roots(0.6), rtol=0, atol=1e-9)
     assert modes.attrs["sliding"] == ["tip"]
 
@@ -274,8 +274,8 @@ def crank(angle, **loads):
             lambda: crank(lambda t: 3.0 * t, rod=fb.Spring("crank.end", "slider", 100.0, 0.1)),
             "does not slide steadily while its drives go on .sample 0.: its loads change",
         ),
-        (lambda: leaning(0.6, inertia=1e-3), "friction of 'tip' jams"),
-        (lambda: leaning(3.0, inertia=1e-3, speed=1.0), "friction of 'tip' jams"),
+        (lambda: leaning_rod(0.6, inertia=1e-3), "friction of 'tip' jams"),
+        (lambda: leaning_rod(3.0, inertia=1e-3, speed=1.0), "friction of 'tip' jams"),
     ],
 )
 def test_what_does_not_slide_steadily_is_refused(model, message):

@@ -10,7 +10,7 @@ from flexband.contact import Brake, Coulomb, FrictionForce
 G = 9.81
 
 
-def simulated(model, duration, count=20, tolerance=1e-10):
+def simulate(model, duration, count=20, tolerance=1e-10):
     integrator = fb.GeneralizedAlpha(step_tolerance=tolerance, spectral_radius=1.0)
     return fb.simulate(model, duration=duration, step=duration / count, integrator=integrator)
 
@@ -51,33 +51,43 @@ def test_a_block_on_a_belt_has_the_cycle_of_its_coefficients():
         loads={"g": fb.Gravity(), "spring": fb.Spring("block", (-1.0, 0.0), k, 1.0)},
         sensors={"x": fb.Position("block"), "u": FrictionForce("face")},
     )
+    # The cycle in closed form: the block sticks, then vibrates about the kinetic stretch.
     rate = np.sqrt(k / m)
-    wide = (static - kinetic) * m * G / k
-    far = static * m * G / k
-    stick = 2 * wide / v0
-    slip = (2 * np.pi - 2 * np.arctan(wide * rate / v0)) / rate
-    begin = far / v0
-    low = far - 2 * wide
+    half_width = (static - kinetic) * m * G / k
+    static_stretch = static * m * G / k
+    stick = 2 * half_width / v0
+    slip = (2 * np.pi - 2 * np.arctan(half_width * rate / v0)) / rate
+    begin = static_stretch / v0
+    lower_end = static_stretch - 2 * half_width
     cycle = stick + slip
-    motion = simulated(belt, begin + 3 * cycle, 240, tolerance=1e-11)
+    motion = simulate(belt, begin + 3 * cycle, 240, tolerance=1e-11)
     t, x, u = motion["time"].values, values(motion, "x_X"), values(motion, "u_speed")
+    # Durations of sticking and of slipping, by the middles of three stages of sticking.
     middles = [begin + n * cycle - stick / 2 for n in (1, 2, 3)]
-    near = [int(np.abs(t - middle).argmin()) for middle in middles]
-    assert np.abs(u[near]).max() < 1e-11
-    starts = t[near] - (x[near] - low) / v0
+    middle_indices = [int(np.abs(t - middle).argmin()) for middle in middles]
+    assert np.abs(u[middle_indices]).max() < 1e-11
+    starts = t[middle_indices] - (x[middle_indices] - lower_end) / v0
     assert starts[0] - begin == pytest.approx(slip, rel=1e-4)
     assert starts[2] - starts[1] - slip == pytest.approx(stick, rel=1e-4)
+    # The whole motion.
     phase = np.maximum(t - begin, 0.0) % cycle
-    sliding = (t > begin) & (phase < slip)
-    exact = np.where(t > begin, low + v0 * (phase - slip), v0 * t)
-    moved = far - wide + wide * np.cos(rate * phase) + v0 / rate * np.sin(rate * phase)
-    np.testing.assert_allclose(x, np.where(sliding, moved, exact), rtol=0, atol=1e-5 * far)
+    slip_mask = (t > begin) & (phase < slip)
+    exact = np.where(t > begin, lower_end + v0 * (phase - slip), v0 * t)
+    slip_path = (
+        static_stretch
+        - half_width
+        + half_width * np.cos(rate * phase)
+        + v0 / rate * np.sin(rate * phase)
+    )
+    np.testing.assert_allclose(
+        x, np.where(slip_mask, slip_path, exact), rtol=0, atol=1e-5 * static_stretch
+    )
 
 
 @pytest.mark.parametrize("share", [0.9, 0.999])
 def test_an_incline_holds_below_its_angle_of_friction(share):
     angle = share * float(np.arctan(0.3))
-    motion = simulated(block(0.3, angle=angle), 0.5)
+    motion = simulate(block(0.3, angle=angle), 0.5)
     assert np.abs(motion.sel(output=["x_X", "x_Y", "v_X", "v_Y"])).max() < 1e-13
     np.testing.assert_allclose(abs(values(motion, "F")), G * np.sin(angle), rtol=1e-9)
 
@@ -87,17 +97,19 @@ def test_an_incline_above_its_angle_of_friction_lets_go(speed):
     """A block that is thrown uphill comes back."""
     angle = 0.5
     mu = 0.3
-    up = G * (np.sin(angle) + mu * np.cos(angle))
-    down = G * (np.sin(angle) - mu * np.cos(angle))
-    turn = -speed / up
-    height = 0.5 * speed**2 / up
+    uphill = G * (np.sin(angle) + mu * np.cos(angle))
+    downhill = G * (np.sin(angle) - mu * np.cos(angle))
+    turn = -speed / uphill
+    height = 0.5 * speed**2 / uphill
     velocity = speed * np.cos(angle), speed * np.sin(angle)
     # the axis points downhill, so that the travel grows with gravity
-    motion = simulated(block(mu, angle=angle + np.pi, velocity=tuple(-np.array(velocity))), 0.5)
+    motion = simulate(block(mu, angle=angle + np.pi, velocity=tuple(-np.array(velocity))), 0.5)
     travel = -values(motion, "x_X") / np.cos(angle)
     t = motion["time"].values
     exact = np.where(
-        t < turn, speed * t + 0.5 * up * t**2, -height + 0.5 * down * np.maximum(t - turn, 0) ** 2
+        t < turn,
+        speed * t + 0.5 * uphill * t**2,
+        -height + 0.5 * downhill * np.maximum(t - turn, 0) ** 2,
     )
     np.testing.assert_allclose(travel, exact, rtol=0, atol=1e-7)
 
@@ -112,20 +124,20 @@ def test_the_stribeck_and_viscous_parts_act_on_the_sliding_speed():
         return (0.1 + 0.2 * np.exp(-((u / 0.4) ** 2))) * G + 0.7 * u
 
     stop = quad(lambda u: 1.0 / slowing(u), 0.0, speed, epsabs=1e-13)[0]
-    far = quad(lambda u: u / slowing(u), 0.0, speed, epsabs=1e-13)[0]
-    motion = simulated(model, 1.1 * stop)
-    assert values(motion, "x_X")[-1] == pytest.approx(far, rel=1e-6)
+    distance = quad(lambda u: u / slowing(u), 0.0, speed, epsabs=1e-13)[0]
+    motion = simulate(model, 1.1 * stop)
+    assert values(motion, "x_X")[-1] == pytest.approx(distance, rel=1e-6)
     assert values(motion, "v_X")[-1] == pytest.approx(0.0, abs=1e-13)
-    between = int(0.5 * stop / (1.1 * stop / 20))
-    u = values(motion, "v_X")[between]
-    assert abs(values(motion, "F")[between]) == pytest.approx(slowing(u), rel=1e-6)
+    index = int(0.5 * stop / (1.1 * stop / 20))
+    u = values(motion, "v_X")[index]
+    assert abs(values(motion, "F")[index]) == pytest.approx(slowing(u), rel=1e-6)
 
 
 def test_what_sticks_does_not_creep():
     """100 cycles of a force of (0.5 ± 0.4) of the static limit, on a block and in a brake."""
     limit = 0.3 * G
     pull = fb.Force("m", x=lambda t: limit * (0.5 + 0.4 * np.sin(2 * np.pi * np.asarray(t))))
-    motion = simulated(block(0.3, loads={"pull": pull}), 100.0, 100, tolerance=1e-6)
+    motion = simulate(block(0.3, loads={"pull": pull}), 100.0, 100, tolerance=1e-6)
     assert np.abs(values(motion, "x_X")).max() < 1e-13
     assert np.abs(values(motion, "v_X")).max() < 1e-13
 
@@ -155,7 +167,7 @@ def test_a_pendulum_with_a_brake_loses_the_work_of_its_friction_in_each_half_swi
     M = 0.3
     weight = 1.0 * G * 0.5
     first = 1.0
-    motion = simulated(pendulum(M, first), 9.0, 90)
+    motion = simulate(pendulum(M, first), 9.0, 90)
     second = np.arcsin(-values(motion, "least_X")[-1] / 0.5)
     assert weight * (np.cos(second) - np.cos(first)) == pytest.approx(
         M * (first + second), rel=1e-5
@@ -174,7 +186,7 @@ def test_a_pendulum_with_a_brake_loses_the_work_of_its_friction_in_each_half_swi
 
 def test_a_brake_holds_a_pendulum_that_it_can_hold():
     angle = 0.99 * np.arcsin(0.3 / (G * 0.5))
-    motion = simulated(pendulum(0.3, angle), 2.0)
+    motion = simulate(pendulum(0.3, angle), 2.0)
     np.testing.assert_allclose(values(motion, "angle"), angle, rtol=0, atol=1e-13)
 
 
@@ -194,7 +206,7 @@ def test_a_brake_follows_the_force_in_time():
     )  # fmt: skip
     begin = 0.5
     fall = mu * r * 20.0  # slides from t = 0.5 on; the moment falls by 1 N m/s
-    motion = simulated(wheel, 1.0)
+    motion = simulate(wheel, 1.0)
     t = motion["time"].values
     exact = fall * np.maximum(t - begin, 0.0) ** 3 / (6 * inertia)
     np.testing.assert_allclose(values(motion, "angle"), exact, rtol=0, atol=1e-7)
@@ -222,7 +234,7 @@ def test_a_wedge_with_two_rough_faces_slides_out_above_twice_the_angle_of_fricti
     model = fb.Mechanism(
         bodies=bodies, joints=joints, loads=loads, sensors={"x": fb.Position("wedge")}
     )
-    x = values(simulated(model, 1e-3, 5), "x_X")
+    x = values(simulate(model, 1e-3, 5), "x_X")
     if share < 1:
         assert np.abs(x).max() < 1e-13
     else:

@@ -26,10 +26,10 @@ def wheel(height, radius=0.1, friction=0.5):
 
 @pytest.mark.parametrize("step", [1e-3, 0.05, 0.5])
 @pytest.mark.parametrize("radius", [0.01, 0.1, 1.0])
-@pytest.mark.parametrize("apart", [0.0, 1e-16, -1e-16, 3e-10, -3e-10])
-def test_a_wheel_in_touch_rolls(step, radius, apart):
+@pytest.mark.parametrize("gap", [0.0, 1e-16, -1e-16, 3e-10, -3e-10])
+def test_a_wheel_in_touch_rolls(step, radius, gap):
     """With the acceleration (2 + 2)/(1 + 0.4) m/s²."""
-    model = wheel(radius * (1.0 + apart), radius)
+    model = wheel(radius * (1.0 + gap), radius)
     motion = fb.simulate(model, duration=0.5, step=step)
     x, y, rate = motion.values[:, -1]
     assert x == pytest.approx(0.5 * 4.0 / 1.4 * 0.25, rel=1e-4)
@@ -37,23 +37,21 @@ def test_a_wheel_in_touch_rolls(step, radius, apart):
     assert y == pytest.approx(radius, abs=3e-4)
 
 
-@pytest.mark.parametrize("apart", [0.0, 1e-16, -1e-16, 3e-10, -3e-10])
-def test_a_wheel_in_touch_slides_without_friction(apart):
-    motion = fb.simulate(wheel(0.1 * (1.0 + apart), friction=None), duration=0.5, step=0.05)
+@pytest.mark.parametrize("gap", [0.0, 1e-16, -1e-16, 3e-10, -3e-10])
+def test_a_wheel_in_touch_slides_without_friction(gap):
+    motion = fb.simulate(wheel(0.1 * (1.0 + gap), friction=None), duration=0.5, step=0.05)
     assert float(motion[0, -1]) == pytest.approx(0.25, rel=1e-9)
 
 
-@pytest.mark.parametrize("apart", [0.0, 1e-12, -1e-12])
-def test_a_box_on_two_corners_slides(apart):
+@pytest.mark.parametrize("gap", [0.0, 1e-12, -1e-12])
+def test_a_box_on_two_corners_slides(gap):
     """With 3 − µ g m/s², and what friction misses while the corners are pressed in at first."""
     push = 3.0
     law = contact.KeepsRestitution(stiffness=1e7, restitution=0.5)
     corners = {"left": (-0.1, -0.05), "right": (0.1, -0.05)}
     model = fb.Mechanism(
         bodies={
-            "box": fb.RigidBody(
-                mass=1.0, inertia=0.004, position=(0.0, 0.05 + apart), points=corners
-            )
+            "box": fb.RigidBody(mass=1.0, inertia=0.004, position=(0.0, 0.05 + gap), points=corners)
         },
         loads={
             "g": fb.Gravity(x=push),
@@ -71,7 +69,7 @@ def test_a_box_on_two_corners_slides(apart):
     np.testing.assert_allclose(motion.sel(output="p_X"), x, rtol=0, atol=1e-3)
 
 
-def box(push, law, *, width=0.2, height=0.1, apart=0.0, friction=0.3, corners=2):
+def box(push, law, *, width=0.2, height=0.1, gap=0.0, friction=0.3, corners=2):
     """A box of 1 kg on rough corners in a line, with `push` as a load along the floor."""
     places = np.linspace(-0.5, 0.5, corners) * width
     points = {f"c{k}": (float(x), -0.5 * height) for k, x in enumerate(places)}
@@ -86,7 +84,7 @@ def box(push, law, *, width=0.2, height=0.1, apart=0.0, friction=0.3, corners=2)
     return fb.Mechanism(
         bodies={
             "box": fb.RigidBody(
-                mass=1.0, inertia=inertia, position=(0.0, 0.5 * height + apart), points=points
+                mass=1.0, inertia=inertia, position=(0.0, 0.5 * height + gap), points=points
             )
         },
         loads={"g": fb.Gravity(x=push), **corner_contacts},
@@ -95,12 +93,12 @@ def box(push, law, *, width=0.2, height=0.1, apart=0.0, friction=0.3, corners=2)
 
 
 @pytest.mark.parametrize("corners", [2, 3])
-@pytest.mark.parametrize("apart", [0.0, 1e-12, 1e-7])
+@pytest.mark.parametrize("gap", [0.0, 1e-12, 1e-7])
 @pytest.mark.parametrize("push", [0.2, 2.8])
-def test_a_box_at_rest_on_rough_corners(push, apart, corners):
+def test_a_box_at_rest_on_rough_corners(push, gap, corners):
     """Its corners carry the weight and the moment of the push, and friction holds the push."""
     law = contact.KeepsRestitution(stiffness=1e6, restitution=0.5, exponent=1.0)
-    motion = fb.simulate(box(push, law, apart=apart, corners=corners), duration=0.4, step=0.02)
+    motion = fb.simulate(box(push, law, gap=gap, corners=corners), duration=0.4, step=0.02)
     motion = motion.isel(time=-1)
     assert abs(float(motion.sel(output="p_X"))) < 1e-4
     along, normal = (
@@ -142,6 +140,6 @@ def test_a_box_starts_to_slide_where_both_corners_let_go():
     motion = fb.simulate(model, duration=0.6, step=0.02)
     x = motion.sel(output="p_X").values
     t = motion["time"].values
-    slid = np.maximum(10.0 * t - 0.3 * 9.81, 0.0) ** 3 / 600.0
+    travel = np.maximum(10.0 * t - 0.3 * 9.81, 0.0) ** 3 / 600.0
     start = x[int(np.argmax(t > 0.25))]
-    np.testing.assert_allclose(x - start, slid, rtol=0, atol=2e-6 + 1e-3 * slid.max())
+    np.testing.assert_allclose(x - start, travel, rtol=0, atol=2e-6 + 1e-3 * travel.max())

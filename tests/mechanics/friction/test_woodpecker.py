@@ -65,7 +65,7 @@ def toy(friction, *, bird, fall=0.0, turn=0.0, stiffness=1e5):
     )  # fmt: skip
 
 
-def simulated(model, duration, step):
+def simulate(model, duration, step):
     integrator = fb.GeneralizedAlpha(step_tolerance=1e-7)
     return fb.simulate(model, duration=duration, step=step, integrator=integrator)
 
@@ -78,7 +78,7 @@ def test_the_sleeve_jams_above_the_published_coefficient():
     bird = -TILT - BIRD[0] * G * TO_BIRD / SPRING
     assert bird / SMALL == pytest.approx(-0.2216, rel=1e-3)
     for mu, jams in ((0.29, True), (0.28, False)):
-        y = simulated(toy(mu, bird=bird), 0.1, 0.02).sel(output="y_Y").values
+        y = simulate(toy(mu, bird=bird), 0.1, 0.02).sel(output="y_Y").values
         assert abs(y[-1]) < 2e-5 if jams else y[-1] < -2e-4
 
 
@@ -90,7 +90,7 @@ def test_the_cycle_swings_as_published_and_hits_when_an_independent_program_does
     than the 0.1452 s of the paper, whose impacts with friction take no time.
     """
     start = {"bird": -0.2788 * SMALL, "fall": 0.3411, "turn": -7.4583 * SMALL}
-    motion = simulated(toy(0.3, **start), 0.45, 1e-3)
+    motion = simulate(toy(0.3, **start), 0.45, 1e-3)
     hits = motion.sel(output=["beak_t1", "beak_t2", "beak_t3"]).values[:, -1]
     np.testing.assert_allclose(hits, [0.0810, 0.2496, 0.4163], rtol=5e-3)
     np.testing.assert_allclose(np.diff(hits), 0.1452, rtol=0.17)

@@ -73,14 +73,14 @@ def test_a_jeffcott_rotor_in_anisotropic_bearings():
 # A body is (x, y, θ); a point is a body and its place in the body's axes.
 
 
-def turned(angle, v):
+def rotate(angle, v):
     c = np.cos(angle)
     s = np.sin(angle)
     return np.array([c * v[0] - s * v[1], s * v[0] + c * v[1]])
 
 
 def place(q, body, at):
-    return at if body is None else q[3 * body : 3 * body + 2] + turned(q[3 * body + 2], at)
+    return at if body is None else q[3 * body : 3 * body + 2] + rotate(q[3 * body + 2], at)
 
 
 def angle_of(q, body):
@@ -88,8 +88,8 @@ def angle_of(q, body):
 
 
 def in_axes(q, first, second):
-    apart = place(q, *first) - place(q, *second)
-    return turned(-angle_of(q, second[0]), apart)
+    separation = place(q, *first) - place(q, *second)
+    return rotate(-angle_of(q, second[0]), separation)
 
 
 def elongations(kind, q, first, second, numbers):
@@ -114,7 +114,7 @@ def elongations(kind, q, first, second, numbers):
 KINDS = "Revolute", "Weld", "Slot", "Prismatic", "Rack", "Distance"
 
 
-def drawn(seed, kinds=KINDS):
+def draw(seed, kinds=KINDS):
     """Return three bodies and four joints, the last one to the ground."""
     rng = np.random.default_rng(seed)
     q = rng.uniform(-0.5, 0.5, 9)
@@ -140,29 +140,29 @@ def accelerations(q, v, masses, joints, start):
     force = np.zeros(9)
     n = range(9)
     for kind, first, second, numbers, k, tilt, tau in joints:
-        relaxed = elongations(kind, start, first, second, numbers)
-        moved = [
+        rest_elongations = elongations(kind, start, first, second, numbers)
+        complex_elongations = [
             elongations(kind, q + 1e-30j * (np.arange(9) == j), first, second, numbers) for j in n
         ]
-        for row, (rest, angular) in enumerate(relaxed):
+        for row, (rest, angular) in enumerate(rest_elongations):
             stiffness = tilt if angular else k
-            gradient = np.array([moved[j][row][0].imag / 1e-30 for j in n])
-            s = moved[0][row][0].real - (rest if kind == "Rack" else 0.0)
+            gradient = np.array([complex_elongations[j][row][0].imag / 1e-30 for j in n])
+            s = complex_elongations[0][row][0].real - (rest if kind == "Rack" else 0.0)
             force -= (stiffness * s + stiffness * tau * gradient @ v) * gradient
     return force / masses[:, [0, 0, 1]].ravel()
 
 
 def mechanism_of(q, v, masses, joints):
-    def end(joint, which):
-        body, at = joint[which]
-        return tuple(at) if body is None else f"{'abc'[body]}.{joint[0]} {which} {id(joint)}"
+    def end(joint, side):
+        body, at = joint[side]
+        return tuple(at) if body is None else f"{'abc'[body]}.{joint[0]} {side} {id(joint)}"
 
     points = {name: {} for name in "abc"}
     for joint in joints:
-        for which in (1, 2):
-            body, at = joint[which]
+        for side in (1, 2):
+            body, at = joint[side]
             if body is not None:
-                points["abc"[body]][end(joint, which).partition(".")[2]] = tuple(at)
+                points["abc"[body]][end(joint, side).partition(".")[2]] = tuple(at)
     bodies = {
         name: fb.RigidBody(
             mass=masses[b, 0], inertia=masses[b, 1], points=points[name],
@@ -188,7 +188,7 @@ def mechanism_of(q, v, masses, joints):
 @pytest.mark.filterwarnings("ignore::flexband.errors.FlexbandWarning")
 def test_random_mechanisms_move_as_free_bodies_with_springs(seed):
     """The error falls with the square of the step, so that two of them give the fourth order."""
-    q, v, masses, joints = drawn(seed)
+    q, v, masses, joints = draw(seed)
 
     def rates(t, state):
         return [*state[9:], *accelerations(state[:9], state[9:], masses, joints, q)]
@@ -196,8 +196,8 @@ def test_random_mechanisms_move_as_free_bodies_with_springs(seed):
     exact = solve_ivp(rates, (0.0, 0.2), [*q, *v], method="DOP853", rtol=1e-11, atol=1e-12)
     mechanism = mechanism_of(q, v, masses, joints)
     steps = (5e-4, 2.5e-4)
-    rough, fine = (fb.simulate(mechanism, duration=0.2, step=h).values[:, -1] for h in steps)
-    errors = [np.abs(x - exact.y[:9, -1]).max() for x in (rough, fine, (4 * fine - rough) / 3)]
+    coarse, fine = (fb.simulate(mechanism, duration=0.2, step=h).values[:, -1] for h in steps)
+    errors = [np.abs(x - exact.y[:9, -1]).max() for x in (coarse, fine, (4 * fine - coarse) / 3)]
     assert errors[1] < 1e-4
     assert errors[0] > 3 * errors[1]
     assert errors[2] < 2e-6
@@ -227,19 +227,19 @@ def rod(t, x, v, p, force):
 
 
 def law_of(joint, points, start):
-    """Return a joint of `drawn` that gives as a user's force law."""
+    """Return a joint of `draw` that gives as a user's force law."""
     kind, first, second, numbers, k, tilt, tau = joint
     if kind == "Distance":
         return fb.ForceLaw(points, rod, [numbers["length"], k, tau * k], within=[(0, 1)])
     a, b = np.array(numbers.get("axis", (1.0, 0.0))) / np.hypot(*numbers.get("axis", (1.0, 0.0)))
     turn = (0, 0, 1, numbers.get("angle"), tilt, tau * tilt)
-    ((held, _), *_) = elongations(kind, start, first, second, numbers)
+    ((rest, _), *_) = elongations(kind, start, first, second, numbers)
     rows = {
         "Revolute": [(1, 0, 0, 0, k, tau * k), (0, 1, 0, 0, k, tau * k)],
         "Weld": [(1, 0, 0, 0, k, tau * k), (0, 1, 0, 0, k, tau * k), turn],
         "Slot": [(-b, a, 0, 0, k, tau * k)],
         "Prismatic": [(-b, a, 0, 0, k, tau * k), turn],
-        "Rack": [(a, b, numbers.get("radius"), held, k, tau * k)],
+        "Rack": [(a, b, numbers.get("radius"), rest, k, tau * k)],
     }[kind]
     parameters = [float(number) for row in rows for number in row]
     return fb.ForceLaw(points, linear_springs, parameters, within=[(0, 1)])
@@ -249,37 +249,39 @@ def law_of(joint, points, start):
 @pytest.mark.filterwarnings("ignore::flexband.errors.FlexbandWarning")
 def test_random_mechanisms_move_as_with_force_laws_of_a_user(seed):
     """Both rules are of second order; the laws are not part of the tangent."""
-    q, v, masses, joints = drawn(seed)
-    given = mechanism_of(q, v, masses, joints)
+    q, v, masses, joints = draw(seed)
+    mechanism = mechanism_of(q, v, masses, joints)
     laws = {
         name: law_of(joint, list(part.points), q)
-        for joint, (name, part) in zip(joints, given.joints.items(), strict=True)
+        for joint, (name, part) in zip(joints, mechanism.joints.items(), strict=True)
     }
-    replaced = fb.Mechanism(bodies=given.bodies, loads=laws, sensors=given.sensors)
-    apart = []
+    law_mechanism = fb.Mechanism(bodies=mechanism.bodies, loads=laws, sensors=mechanism.sensors)
+    differences = []
     for step in (5e-4, 2.5e-4):
-        motions = (fb.simulate(m, duration=0.2, step=step).values for m in (given, replaced))
-        apart.append(np.abs(np.subtract(*motions)).max())
-    assert apart[1] < 2e-5
-    assert apart[1] < 0.3 * apart[0]
+        motions = (
+            fb.simulate(m, duration=0.2, step=step).values for m in (mechanism, law_mechanism)
+        )
+        differences.append(np.abs(np.subtract(*motions)).max())
+    assert differences[1] < 2e-5
+    assert differences[1] < 0.3 * differences[0]
 
 
 @pytest.mark.parametrize("seed", range(2))
 def test_frequencies_about_a_loaded_equilibrium(seed):
     """The tangent has what tensions do: frequencies are those of the Hessian of the energy."""
-    q, v, masses, joints = drawn(100 + seed, ("Revolute", "Weld", "Distance"))
+    q, v, masses, joints = draw(100 + seed, ("Revolute", "Weld", "Distance"))
     joints[0] = ("Weld", *joints[0][1:3], {"angle": 0.3}, *joints[0][4:])
-    loaded = mechanism_of(q, 0 * v, masses, joints)
-    loaded = replace(loaded, loads={"gravity": fb.Gravity()})
-    held = fb.equilibrium(loaded)
-    at = held.values
+    mechanism = mechanism_of(q, 0 * v, masses, joints)
+    mechanism = replace(mechanism, loads={"gravity": fb.Gravity()})
+    rest = fb.equilibrium(mechanism)
+    at = rest.values
     weight = np.zeros(9)
     weight[1::3] = -9.81 * masses[:, 0]
     size = masses[:, [0, 0, 1]].ravel()
 
     def gradient(place):
-        still = [(*joint[:6], 0.0) for joint in joints]
-        return weight + size * accelerations(place, np.zeros(9), masses, still, q)
+        elastic_joints = [(*joint[:6], 0.0) for joint in joints]
+        return weight + size * accelerations(place, np.zeros(9), masses, elastic_joints, q)
 
     assert np.abs(gradient(at)).max() < 1e-5 * np.abs(weight).max()
     h = 1e-6
@@ -288,10 +290,12 @@ def test_frequencies_about_a_loaded_equilibrium(seed):
     )
     square = np.linalg.eigvalsh(hessian / np.sqrt(np.outer(size, size)))
     assert square.min() > 0
-    undamped = [(*joint[:6], 0.0) for joint in joints]
-    free = replace(mechanism_of(at, 0 * v, masses, undamped), loads={"gravity": fb.Gravity()})
-    found = fb.modes(free, 9, about="equilibrium")["frequency"].values
-    assert found == pytest.approx(np.sqrt(square) / (2 * np.pi), rel=1e-6)
+    undamped_joints = [(*joint[:6], 0.0) for joint in joints]
+    undamped_mechanism = replace(
+        mechanism_of(at, 0 * v, masses, undamped_joints), loads={"gravity": fb.Gravity()}
+    )
+    frequencies = fb.modes(undamped_mechanism, 9, about="equilibrium")["frequency"].values
+    assert frequencies == pytest.approx(np.sqrt(square) / (2 * np.pi), rel=1e-6)
 
 
 def bar(**start):
@@ -312,13 +316,13 @@ def test_a_stiff_joint_is_the_rigid_one():
     """What it gives is a hundredth at a hundred times the stiffness."""
     pin = fb.Revolute("bar.start", (0.0, 0.0))
     rigid = fb.simulate(pendulum(pin), duration=0.4, step=5e-4)
-    apart = []
+    deviations = []
     for stiffness in (1e5, 1e7):
-        gives = fb.Compliant(pin, stiffness=stiffness, damping=1e-3)
-        motion = fb.simulate(pendulum(gives), duration=0.4, step=5e-4)
-        apart.append(np.abs((motion - rigid).values[:, 400:]).max(axis=1))
-    assert apart[1][:2] == pytest.approx(apart[0][:2] / 100, rel=0.3)
-    assert np.all(apart[1][2:] < 2e-3 * 15)  # of the weight [N]
+        compliant_pin = fb.Compliant(pin, stiffness=stiffness, damping=1e-3)
+        motion = fb.simulate(pendulum(compliant_pin), duration=0.4, step=5e-4)
+        deviations.append(np.abs((motion - rigid).values[:, 400:]).max(axis=1))
+    assert deviations[1][:2] == pytest.approx(deviations[0][:2] / 100, rel=0.3)
+    assert np.all(deviations[1][2:] < 2e-3 * 15)  # of the weight [N]
 
 
 @pytest.mark.filterwarnings("ignore::flexband.errors.FlexbandWarning")
@@ -339,14 +343,14 @@ def test_energy_balances(joint):
         "W": fb.Work("pin"), "P": fb.sensors.Power("pin"),
     }  # fmt: skip
     for damping in (0.0, 2e-3):
-        gives = fb.Compliant(joint, 5e3, tilt, damping=damping)
-        motion = fb.simulate(pendulum(gives, sensors), duration=0.5, step=1e-4)
+        compliant_joint = fb.Compliant(joint, 5e3, tilt, damping=damping)
+        motion = fb.simulate(pendulum(compliant_joint, sensors), duration=0.5, step=1e-4)
         T, U, V, W, P = (motion.sel(output=name).values for name in "TUVWP")
         size = T.max()
         assert T + V - (T + V)[0] == pytest.approx(W, abs=2e-5 * size)
-        taken = -W - (U - U[0])
-        assert taken[-1] > 1e-4 * size if damping else np.abs(taken).max() < 2e-5 * size
-        assert np.all(np.diff(taken) > -1e-6 * size)
+        dissipation = -W - (U - U[0])
+        assert dissipation[-1] > 1e-4 * size if damping else np.abs(dissipation).max() < 2e-5 * size
+        assert np.all(np.diff(dissipation) > -1e-6 * size)
         power = np.cumsum((P[1:] + P[:-1]) / 2) * 1e-4
         assert power == pytest.approx(W[1:], abs=2e-4 * size)
 
@@ -372,8 +376,8 @@ def test_a_guide_with_two_carriages_shares_its_load_as_springs_do():
     k = np.array(list(stiffness.values()))
     matrix = np.array([[k.sum(), k @ x], [k @ x, k @ x**2]])  # of the sink and the turn
     sink, turn = np.linalg.solve(matrix, [2.0 * 9.81, 0.0])
-    held = fb.equilibrium(guide)
-    reactions = [float(held.sel(output=f"{name}_Y")) for name in places]
+    rest = fb.equilibrium(guide)
+    reactions = [float(rest.sel(output=f"{name}_Y")) for name in places]
     assert reactions == pytest.approx(k * (sink + turn * x), rel=1e-6)
 
 
@@ -406,9 +410,9 @@ def test_a_motor_and_gears_that_give():
             "mesh": fb.Reaction("mesh"), "motor": fb.ReactionMoment("motor"),
         },
     )  # fmt: skip
-    held = fb.equilibrium(train)
+    rest = fb.equilibrium(train)
     wheel_turn, pinion_turn, _, force, drive = (
-        float(held.sel(output=name)) for name in ("wheel", "pinion", "mesh_X", "mesh_Y", "motor")
+        float(rest.sel(output=name)) for name in ("wheel", "pinion", "mesh_X", "mesh_Y", "motor")
     )
     tooth = moment / r2
     turn = 0.1 - tooth * r1 / motor
@@ -419,12 +423,12 @@ def test_a_motor_and_gears_that_give():
 
 
 def test_it_goes_on_from_a_result():
-    gives = fb.Compliant(fb.Weld("bar.start", (0.0, 0.0)), 1e5, 500.0, damping=1e-4)
-    machine = pendulum(gives)
+    compliant_weld = fb.Compliant(fb.Weld("bar.start", (0.0, 0.0)), 1e5, 500.0, damping=1e-4)
+    machine = pendulum(compliant_weld)
     first = fb.simulate(machine, duration=0.1, step=1e-3, keep_state=True)
-    again = fb.simulate(machine, duration=0.1, step=1e-3, start=first)
-    whole = fb.simulate(machine, duration=0.2, step=1e-3)
-    assert again.values == pytest.approx(whole.values[:, 100:], rel=1e-9, abs=1e-9)
+    second = fb.simulate(machine, duration=0.1, step=1e-3, start=first)
+    full_motion = fb.simulate(machine, duration=0.2, step=1e-3)
+    assert second.values == pytest.approx(full_motion.values[:, 100:], rel=1e-9, abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -446,16 +450,16 @@ def test_it_goes_on_from_a_result():
 )
 def test_what_cannot_give_is_refused_by_name(joint, numbers, text):
     def build():
-        gives = fb.Compliant(joint, **{"stiffness": 1.0, **numbers})
+        compliant_joint = fb.Compliant(joint, **{"stiffness": 1.0, **numbers})
         body = fb.RigidBody(mass=1.0, inertia=1.0)
-        return fb.Mechanism(bodies={"m": body}, joints={"pin": gives})
+        return fb.Mechanism(bodies={"m": body}, joints={"pin": compliant_joint})
 
     with pytest.raises(fb.errors.InputError, match=text):
         build()
 
 
 def test_a_joint_that_starts_far_from_where_it_holds_is_named():
-    gives = fb.Compliant(fb.Revolute("bar.start", (0.05, 0.0)), stiffness=1e4)
+    compliant_pin = fb.Compliant(fb.Revolute("bar.start", (0.05, 0.0)), stiffness=1e4)
     with pytest.warns(fb.errors.FlexbandWarning, match="joint 'pin' starts 0.05 m from where"):
-        fb.simulate(pendulum(gives), duration=1e-3, step=1e-4)
-    fb.equilibrium(pendulum(gives))
+        fb.simulate(pendulum(compliant_pin), duration=1e-3, step=1e-4)
+    fb.equilibrium(pendulum(compliant_pin))

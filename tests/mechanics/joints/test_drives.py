@@ -48,6 +48,7 @@ def arm(drives):
 def torques(theta, rate, change):
     """Return the torques of the motors by the recursion of Newton and Euler, shape (3, times)."""
     angle, w, dw = (np.cumsum(rows, axis=0) for rows in (theta, rate, change))
+    # From the base to the hand: accelerations of the centres, and the links as vectors.
     place = np.zeros((2, angle.shape[1]))
     force = np.array([[0.0], [GRAVITY]])
     accelerations = []
@@ -59,17 +60,18 @@ def torques(theta, rate, change):
         accelerations.append(force + place + pull / 2)
         place = place + pull
         _ = ends.append(along * length)
-    carried = np.zeros_like(place)
+    # From the hand to the base: forces and moments that each joint carries.
+    load = np.zeros_like(place)
     moment = np.zeros(angle.shape[1])
-    found = []
+    moments = []
     for k in (2, 1, 0):
-        own = MASSES[k] * accelerations[k]
+        link_force = MASSES[k] * accelerations[k]
         x, y = ends[k]
         moment = moment + INERTIAS[k] * dw[k]
-        moment = moment + x * (carried[1] + own[1] / 2) - y * (carried[0] + own[0] / 2)
-        carried = carried + own
-        found.insert(0, moment)
-    return np.stack(found)
+        moment = moment + x * (load[1] + link_force[1] / 2) - y * (load[0] + link_force[0] / 2)
+        load = load + link_force
+        moments.insert(0, moment)
+    return np.stack(moments)
 
 
 def test_three_motors_move_an_arm():
@@ -78,11 +80,11 @@ def test_three_motors_move_an_arm():
     motion = fb.simulate(arm(drives), duration=1.0, step=5e-4)
     t = motion.time.values
     d = 1e-4
-    theta, later, earlier = (
+    theta, theta_after, theta_before = (
         np.stack([drive(t + shift) for drive in drives]) for shift in (0.0, d, -d)
     )
-    rate = (later - earlier) / (2 * d)
-    change = (later - 2 * theta + earlier) / d**2
+    rate = (theta_after - theta_before) / (2 * d)
+    change = (theta_after - 2 * theta + theta_before) / d**2
     expected = torques(theta, rate, change)
     for k in range(3):
         size = np.abs(expected[k]).max()
@@ -100,22 +102,22 @@ def test_three_motors_move_an_arm():
 def test_motor_held_in_modes_and_statics():
     """With its motors at rest the arm is rigid; a spring instead of one makes a pendulum."""
     drives = [lambda t: -np.pi / 2 + 0.0 * t, lambda t: 0.0 * t, lambda t: np.pi / 2 + 0.0 * t]
-    held = arm(drives)
-    at_rest = fb.equilibrium(held)
+    mechanism = arm(drives)
+    at_rest = fb.equilibrium(mechanism)
     np.testing.assert_allclose(at_rest.sel(output=["hand_X", "hand_Y"]), [0.3, -0.9], atol=1e-12)
     moment = GRAVITY * MASSES[2] * 0.15  # of the last link about all three motors
     for k in range(3):
         assert at_rest.sel(output=f"M{k}") == pytest.approx(moment, rel=1e-9)
-    loose = {name: joint for name, joint in held.joints.items() if name != "motor0"}
-    free = fb.Mechanism(
-        bodies=held.bodies,
-        joints=loose,
+    remaining_joints = {name: joint for name, joint in mechanism.joints.items() if name != "motor0"}
+    pendulum = fb.Mechanism(
+        bodies=mechanism.bodies,
+        joints=remaining_joints,
         loads={"spring": fb.TorsionSpring("link0", stiffness=50.0, rest_angle=-np.pi / 2)},
         sensors={"turn": fb.Angle("link0")},
     )
     places = (0.25, 0.7, np.hypot(0.9, 0.15))  # of the centres
     inertia = sum(INERTIAS) + sum(m * x**2 for m, x in zip(MASSES, places, strict=True))
-    frequency = fb.modes(free, 1)["frequency"]
+    frequency = fb.modes(pendulum, 1)["frequency"]
     assert frequency.item() == pytest.approx(np.sqrt(50.0 / inertia) / (2 * np.pi), rel=1e-9)
 
 
@@ -138,7 +140,7 @@ def test_motor_between_flexible_sections():
         },
     )
     rest = fb.equilibrium(mechanism)
-    whole = fb.equilibrium(
+    single_beam = fb.equilibrium(
         fb.Mechanism(
             bodies={"a": fb.Beam(**{**beam, "length": 2.0, "elements": 4})},
             joints={"root": fb.Weld("a.start", (0.0, 0.0))},
@@ -147,7 +149,7 @@ def test_motor_between_flexible_sections():
         )
     )
     np.testing.assert_allclose(
-        rest.sel(output=["tip_X", "tip_Y"]), whole.sel(output=["tip_X", "tip_Y"]), atol=1e-9
+        rest.sel(output=["tip_X", "tip_Y"]), single_beam.sel(output=["tip_X", "tip_Y"]), atol=1e-9
     )
     lever = float(rest.sel(output="tip_X")) - 1.0
     assert rest.sel(output="M") == pytest.approx(10.0 * lever, rel=1e-3)
@@ -197,7 +199,7 @@ def test_cylinder_lifts_a_boom():
 
 
 def test_cylinder_goes_on_from_a_result():
-    whole = fb.simulate(boom(lambda t: 1.0 + 0.3 * np.sin(3 * t)), duration=0.4, step=1e-3)
+    full_motion = fb.simulate(boom(lambda t: 1.0 + 0.3 * np.sin(3 * t)), duration=0.4, step=1e-3)
     first = fb.simulate(
         boom(lambda t: 1.0 + 0.3 * np.sin(3 * t)), duration=0.2, step=1e-3, keep_state=True
     )
@@ -205,7 +207,7 @@ def test_cylinder_goes_on_from_a_result():
         boom(lambda t: 1.0 + 0.3 * np.sin(3 * t)), duration=0.2, step=1e-3, start=first
     )
     np.testing.assert_allclose(
-        rest.sel(output="angle")[-1], whole.sel(output="angle")[-1], atol=1e-9
+        rest.sel(output="angle")[-1], full_motion.sel(output="angle")[-1], atol=1e-9
     )
 
 
@@ -253,10 +255,10 @@ def test_power_is_the_rate_of_work(part):
     )
     power = motion.sel(output="P").values
     work = motion.sel(output="W").values
-    summed = np.cumsum((power[1:] + power[:-1]) / 2) * 5e-4
+    integral = np.cumsum((power[1:] + power[:-1]) / 2) * 5e-4
     size = np.ptp(work)
     if part == "gear":  # which passes on all that it takes
         size = 0.01
         np.testing.assert_allclose(power, 0.0, atol=1e-12)
     assert size > 1e-3
-    np.testing.assert_allclose(summed, work[1:], atol=2e-5 * size)
+    np.testing.assert_allclose(integral, work[1:], atol=2e-5 * size)

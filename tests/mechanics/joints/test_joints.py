@@ -107,18 +107,18 @@ def test_a_gear_pair_driven_by_a_moment(second):
     motion = fb.simulate(model, duration=2.0, step=1e-3)
     t = motion["time"].values
     alpha = T / (J1 + J2 * (r1 / r2) ** 2)
-    turned = 0.5 * alpha[:, None] * t**2
-    assert turned.max() > 2 * np.pi
-    np.testing.assert_allclose(motion.sel(output="a") - 0.3, turned, atol=1e-4 * turned.max())
+    turn = 0.5 * alpha[:, None] * t**2
+    assert turn.max() > 2 * np.pi
+    np.testing.assert_allclose(motion.sel(output="a") - 0.3, turn, atol=1e-4 * turn.max())
     np.testing.assert_allclose(
-        motion.sel(output="b") + 0.5, -turned * r1 / r2, atol=1e-4 * turned.max()
+        motion.sel(output="b") + 0.5, -turn * r1 / r2, atol=1e-4 * turn.max()
     )
     tooth = -J2 * alpha * r1 / r2**2  # on the first gear, against its turning
-    late = motion.sel(time=slice(0.1, None))
-    exact = np.broadcast_to(tooth[:, None], late.sel(output="F_Y").shape)
-    np.testing.assert_allclose(late.sel(output="F_Y"), exact, rtol=1e-3)
-    np.testing.assert_allclose(late.sel(output="A_Y"), -exact, rtol=1e-3)
-    np.testing.assert_allclose(late.sel(output="F_X"), 0.0, atol=1e-6)
+    steady_motion = motion.sel(time=slice(0.1, None))
+    exact = np.broadcast_to(tooth[:, None], steady_motion.sel(output="F_Y").shape)
+    np.testing.assert_allclose(steady_motion.sel(output="F_Y"), exact, rtol=1e-3)
+    np.testing.assert_allclose(steady_motion.sel(output="A_Y"), -exact, rtol=1e-3)
+    np.testing.assert_allclose(steady_motion.sel(output="F_X"), 0.0, atol=1e-6)
     np.testing.assert_allclose(motion.sel(output="W"), motion.sel(output="E"), rtol=1e-3, atol=1e-4)
 
 
@@ -147,9 +147,9 @@ def test_a_planetary_gear():
     assert "0 degrees of freedom" in fb.describe(model)
     motion = fb.simulate(model, duration=2.0, step=1e-3)
     t = motion["time"].values
-    arm_turned = 30.0 * t * sun / (sun + ring)
-    np.testing.assert_allclose(motion.sel(output="arm"), arm_turned, atol=1e-8)
-    exact = arm_turned - (30.0 * t - arm_turned) * sun / planet
+    arm_turn = 30.0 * t * sun / (sun + ring)
+    np.testing.assert_allclose(motion.sel(output="arm"), arm_turn, atol=1e-8)
+    exact = arm_turn - (30.0 * t - arm_turn) * sun / planet
     np.testing.assert_allclose(motion.sel(output="planet"), exact, atol=1e-7)
 
 
@@ -177,15 +177,15 @@ def test_a_rack_and_pinion(radius):
     motion = fb.simulate(model, duration=2.0, step=1e-3)
     t = motion["time"].values
     alpha = T / (J + m * radius**2)
-    turned = 0.5 * alpha * t**2
-    np.testing.assert_allclose(motion.sel(output="a") - 1.0, turned, atol=1e-4 * turned.max())
-    way = radius * turned
+    turn = 0.5 * alpha * t**2
+    np.testing.assert_allclose(motion.sel(output="a") - 1.0, turn, atol=1e-4 * turn.max())
+    way = radius * turn
     np.testing.assert_allclose(motion.sel(output="r_X") - radius * s, way * c, atol=1e-4)
     np.testing.assert_allclose(motion.sel(output="r_Y") + radius * c, way * s, atol=1e-4)
-    late = motion.sel(time=slice(0.1, None))
+    steady_motion = motion.sel(time=slice(0.1, None))
     force = -m * radius * alpha
-    np.testing.assert_allclose(late.sel(output="F_X"), force * c, rtol=1e-3)
-    np.testing.assert_allclose(late.sel(output="M"), force * radius, rtol=1e-3)
+    np.testing.assert_allclose(steady_motion.sel(output="F_X"), force * c, rtol=1e-3)
+    np.testing.assert_allclose(steady_motion.sel(output="M"), force * radius, rtol=1e-3)
 
 
 def test_a_rolling_wheel():
@@ -224,11 +224,13 @@ def test_a_drive_may_turn_round_many_times():
 
 def test_drives_may_differ_between_samples():
     speeds = np.array([3.0, 4.0, 5.0])
-    both = fb.simulate(rigid_slider_crank(angle=lambda t: speeds * t), duration=0.1, step=1e-3)
+    batch = fb.simulate(rigid_slider_crank(angle=lambda t: speeds * t), duration=0.1, step=1e-3)
     for k, speed in enumerate(speeds):
-        one = fb.simulate(rigid_slider_crank(angle=lambda t, w=speed: w * t),
+        single_run = fb.simulate(rigid_slider_crank(angle=lambda t, w=speed: w * t),
                           duration=0.1, step=1e-3)  # fmt: skip
-        np.testing.assert_allclose(both[k], one, rtol=0, atol=1e-9 * np.abs(one).max())
+        np.testing.assert_allclose(
+            batch[k], single_run, rtol=0, atol=1e-9 * np.abs(single_run).max()
+        )
 
 
 @pytest.mark.parametrize(

@@ -75,16 +75,18 @@ def test_offsets_that_are_stated_to_be_constant_carry_requirements_with_these_wo
     assert plan.attrs["verdict"].endswith("For constant offsets of pins and guides")
     share = fb.production_yield(surrogate, limits, {}).attrs["verdict"]
     assert share.endswith("For constant offsets of pins and guides")
-    some = fb.expand(response, inputs | {"pin1": fb.Play(1e-3)}, fb.methods.RegressionPCCI(1))
+    mixed_surrogate = fb.expand(
+        response, inputs | {"pin1": fb.Play(1e-3)}, fb.methods.RegressionPCCI(1)
+    )
     with pytest.raises(InputError, match="rate are for constant offsets"):
-        fb.analysis.check_limits(some, limits)
+        fb.analysis.check_limits(mixed_surrogate, limits)
 
 
 def test_a_free_motion_has_no_instantaneous_outputs():
     mechanism = four_bar()
     joints = {name: joint for name, joint in mechanism.joints.items() if name != "motor"}
-    free = fb.Mechanism(bodies=mechanism.bodies, joints=joints, sensors=mechanism.sensors)
-    assert fb.dynamic_response(lambda: free, duration=0.1, step=0.05).instantaneous() == []
+    motorless = fb.Mechanism(bodies=mechanism.bodies, joints=joints, sensors=mechanism.sensors)
+    assert fb.dynamic_response(lambda: motorless, duration=0.1, step=0.05).instantaneous() == []
 
 
 def test_a_slider_is_moved_and_turned_in_its_guide():

@@ -29,14 +29,14 @@ BODIES = {
 
 @pytest.mark.parametrize("kind", BODIES)
 def test_a_body_beside_its_pin_keeps_its_angle(kind):
-    found = at_start(
+    outputs = at_start(
         bodies={"a": BODIES[kind], "b": bar(0.4, -2.0)},
         joints={"A": fb.Revolute("a.start", (0.1, 0.2)), "B": fb.Revolute("b.end", "a.end")},
         sensors={"a": fb.Angle("a.start"), "b": fb.Angle("b"), "end": fb.Position("b.end")},
     )
-    assert [found["a"], found["b"]] == pytest.approx([0.3, -2.0], abs=1e-12)
+    assert [outputs["a"], outputs["b"]] == pytest.approx([0.3, -2.0], abs=1e-12)
     exact = [0.1 + 0.5 * np.cos(0.3), 0.2 + 0.5 * np.sin(0.3)]
-    assert [found["end_X"], found["end_Y"]] == pytest.approx(exact, abs=1e-12)
+    assert [outputs["end_X"], outputs["end_Y"]] == pytest.approx(exact, abs=1e-12)
 
 
 def slider_crank(crank, rod, **sensors):
@@ -56,9 +56,9 @@ def test_angles_of_a_loop_that_closes_are_kept():
     rod = -np.arcsin(0.2 * np.sin(crank) / 0.45)
     parts = slider_crank(crank, rod)
     parts["bodies"]["p"] = fb.PointMass(mass=1.0, position=(1.0, 0.7))
-    found = at_start(**parts)
-    np.testing.assert_allclose([found["a"], found["b"]], [crank, rod], atol=1e-9)
-    np.testing.assert_allclose(found["s_X"], 0.2 * np.cos(crank) + 0.45 * np.cos(rod), atol=1e-9)
+    outputs = at_start(**parts)
+    np.testing.assert_allclose([outputs["a"], outputs["b"]], [crank, rod], atol=1e-9)
+    np.testing.assert_allclose(outputs["s_X"], 0.2 * np.cos(crank) + 0.45 * np.cos(rod), atol=1e-9)
 
 
 @pytest.mark.filterwarnings("ignore::flexband.errors.FlexbandWarning")
@@ -67,32 +67,32 @@ def test_what_hangs_on_a_loop_that_does_not_close_keeps_its_angle():
     parts = slider_crank(0.5, 0.0, h=fb.Angle("h"))
     parts["bodies"] |= {"p": fb.PointMass(mass=1.0, position=(1.0, 0.4)), "h": bar(0.3, -1.0)}
     parts["joints"]["H"] = fb.Revolute("h.end", "b.start")
-    found = at_start(**parts)
-    assert 0.2 * np.sin(found["a"]) + 0.45 * np.sin(found["b"]) == pytest.approx(0.0, abs=1e-9)
-    assert 0.4 < found["a"] < 0.5
-    assert found["h"] == pytest.approx(-1.0, abs=1e-4)
+    outputs = at_start(**parts)
+    assert 0.2 * np.sin(outputs["a"]) + 0.45 * np.sin(outputs["b"]) == pytest.approx(0.0, abs=1e-9)
+    assert 0.4 < outputs["a"] < 0.5
+    assert outputs["h"] == pytest.approx(-1.0, abs=1e-4)
 
 
 def test_gears_keep_their_angles_where_the_centres_were_given_roughly():
-    found = at_start(
+    outputs = at_start(
         bodies={"1": fb.RigidBody(mass=1.0, inertia=1.0, angle=0.2),
                 "2": fb.RigidBody(mass=1.0, inertia=1.0, angle=-0.7, position=(0.3, 0.1))},
         joints={"A": fb.Revolute("1", (0.0, 0.0)), "B": fb.Revolute("2", (0.3, 0.0)),
                 "mesh": fb.Gear("1", "2", 0.1, 0.2)},
         sensors={"1": fb.Angle("1"), "2": fb.Angle("2")},
     )  # fmt: skip
-    assert [found["1"], found["2"]] == pytest.approx([0.2, -0.7], abs=1e-12)
+    assert [outputs["1"], outputs["2"]] == pytest.approx([0.2, -0.7], abs=1e-12)
 
 
 @pytest.mark.filterwarnings("ignore::flexband.errors.FlexbandWarning")
 def test_a_crank_that_is_slightly_too_long_moves_to_the_nearest_place():
     """A flat parallelogram whose crank is 1 mm too long opens by as little as the loop asks for."""
     ground = (1.0, 0.0)
-    found = at_start(
+    outputs = at_start(
         bodies={"a": bar(0.401, 0.0), "b": bar(1.0, 0.0, start=(0.4, 0.0)),
                 "c": bar(0.4, 0.01, start=ground)},
         joints={"A": fb.Revolute("a.start", (0.0, 0.0)), "B": fb.Revolute("b.start", "a.end"),
                 "C": fb.Revolute("b.end", "c.end"), "D": fb.Revolute("c.start", ground)},
         sensors={name: fb.Angle(name) for name in "abc"},
     )  # fmt: skip
-    assert max(abs(found["a"]), abs(found["b"]), abs(found["c"] - 0.01)) < 0.08
+    assert max(abs(outputs["a"]), abs(outputs["b"]), abs(outputs["c"] - 0.01)) < 0.08

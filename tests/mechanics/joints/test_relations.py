@@ -17,7 +17,7 @@ from flexband.mechanics.kernels.relations import (
 from flexband.mechanics.loads.load import Entries
 from tests.mechanics.space import INERTIA, NONE, Coordinates, SpatialBody, axes_of
 
-ignored = pytest.mark.filterwarnings("ignore::flexband.errors.ResolutionWarning")
+ignore_resolution = pytest.mark.filterwarnings("ignore::flexband.errors.ResolutionWarning")
 
 CRANK = 0.3
 ROD = 1.1  # m
@@ -44,8 +44,8 @@ def universal(first, second):
 
 def guide(first, second):
     """Return rows of a slide along AXIS, on which the bodies do not turn against each other."""
-    apart = subtract(first.position, second.position)
-    rows = [dot(vector, apart) for vector in across(second, AXIS)]
+    separation = subtract(first.position, second.position)
+    rows = [dot(vector, separation) for vector in across(second, AXIS)]
     return [*rows, *parallel(first, second, AXIS), alignment(first, second, 1.0, 0.0, AXIS)[0]]
 
 
@@ -89,7 +89,7 @@ def slider_crank(angle, noise=0.0, seed=0):
     )  # fmt: skip
 
 
-@ignored
+@ignore_resolution
 def test_a_crank_with_spherical_and_universal_joints_moves_a_slider_as_its_closed_form_says():
     motion = fb.simulate(slider_crank(lambda t: 2 * t + t**3), duration=2.0, step=2e-3)
     places = motion.sel(output=[f"slider {k}" for k in range(3)]).values
@@ -107,33 +107,33 @@ def test_a_guess_of_space_assembles_and_its_turns_are_told(seed):
     place = motion.sel(output=[f"slider {k}" for k in range(3)]).values[:, 0]
     np.testing.assert_allclose(place, PLACE + travel(0.0) * AXIS, rtol=0, atol=1e-12)
     turns = [
-        Rotation.from_matrix(given.T @ axes_of(motion, name)[0]).magnitude()
+        Rotation.from_matrix(start_axes.T @ axes_of(motion, name)[0]).magnitude()
         for name, body in mechanism.bodies.items()
-        for given in [np.array(body.start[3:]).reshape(3, 3).T]
+        for start_axes in [np.array(body.start[3:]).reshape(3, 3).T]
     ]
     assert motion.attrs["largest_turn"] == pytest.approx(max(turns), rel=1e-9)
 
 
-@ignored
+@ignore_resolution
 def test_a_moment_about_a_tilted_axis_turns_a_free_body():
     """½ M × g on each axis is M δφ: at rest, J α = M in the axes of the body."""
     way = Rotation.from_euler("xyz", [0.4, -0.7, 1.1])
-    given = np.array([0.3, -0.2, 0.5])
+    moment_vector = np.array([0.3, -0.2, 0.5])
 
     class Turning:
         points = ("a",)
 
         def enters(self, model):
-            return Entries(forces=moment(model.frame("a"), *given))
+            return Entries(forces=moment(model.frame("a"), *moment_vector))
 
-    free = fb.Mechanism(
+    mechanism = fb.Mechanism(
         bodies={"a": SpatialBody(np.zeros(3), way)}, loads={"M": Turning()},
         sensors={"a": Coordinates("a")},
     )  # fmt: skip
-    motion = fb.simulate(free, duration=0.01, step=1e-3)
-    turned = Rotation.from_matrix(way.as_matrix().T @ axes_of(motion, "a")[-1]).as_rotvec()
-    exact = 0.5 * 0.01**2 * (way.inv().apply(given) / INERTIA)
-    np.testing.assert_allclose(turned, exact, rtol=1e-3)
+    motion = fb.simulate(mechanism, duration=0.01, step=1e-3)
+    rotation_vector = Rotation.from_matrix(way.as_matrix().T @ axes_of(motion, "a")[-1]).as_rotvec()
+    exact = 0.5 * 0.01**2 * (way.inv().apply(moment_vector) / INERTIA)
+    np.testing.assert_allclose(rotation_vector, exact, rtol=1e-3)
 
 
 def test_bodies_of_the_plane_and_of_space_are_not_mixed():
@@ -162,11 +162,11 @@ def test_vectors_have_as_many_outputs_as_components():
         "p": fb.Position("a"), "v": fb.Velocity("a"), "a": fb.Acceleration("a"),
         "R": fb.Reaction("pin"),
     }  # fmt: skip
-    pinned = fb.Mechanism(
+    mechanism = fb.Mechanism(
         bodies={"a": SpatialBody(np.zeros(3), end=(0.0, 0.0, 2.0))},
         joints={"pin": fb.Weld("a.end", (0.0, 0.0, 2.0))}, loads={"up": Up()}, sensors=sensors,
     )  # fmt: skip
-    rest = fb.equilibrium(pinned)
+    rest = fb.equilibrium(mechanism)
     names = [f"{name}_{axis}" for name in "pvaR" for axis in "XYZ"]
     assert list(rest["output"].values) == names
     reaction = rest.sel(output=["R_X", "R_Y", "R_Z"])

@@ -42,20 +42,24 @@ def test_rotors_are_locked_where_they_are_and_released():
     t = motion.time.values
     common = (0.4 * 3.0 - 0.1 * 7.0) / 0.5
     for sample, start in enumerate(begin):
-        out = motion.isel(sample=sample)
-        free = np.minimum(t, start)
-        later = np.maximum(t - start, 0.0) * common
-        np.testing.assert_allclose(out.sel(output="a"), 3.0 * free + later, atol=2e-5)
-        np.testing.assert_allclose(out.sel(output="b"), -7.0 * free + later, atol=2e-5)
-        lost = np.where(t > start, 0.5 * 0.4 * 0.1 / 0.5 * 10.0**2, 0.0)
-        np.testing.assert_allclose(out.sel(output="lost"), lost, atol=2e-6)
+        sample_motion = motion.isel(sample=sample)
+        unlocked_time = np.minimum(t, start)
+        common_turn = np.maximum(t - start, 0.0) * common
         np.testing.assert_allclose(
-            out.sel(output="wb"), np.where(t > start, common, -7.0), atol=1e-6
+            sample_motion.sel(output="a"), 3.0 * unlocked_time + common_turn, atol=2e-5
+        )
+        np.testing.assert_allclose(
+            sample_motion.sel(output="b"), -7.0 * unlocked_time + common_turn, atol=2e-5
+        )
+        energy_loss = np.where(t > start, 0.5 * 0.4 * 0.1 / 0.5 * 10.0**2, 0.0)
+        np.testing.assert_allclose(sample_motion.sel(output="lost"), energy_loss, atol=2e-6)
+        np.testing.assert_allclose(
+            sample_motion.sel(output="wb"), np.where(t > start, common, -7.0), atol=1e-6
         )
     np.testing.assert_allclose(motion.sel(output="M"), 0.0, atol=1e-7)
 
 
-def gripped(joint, **parts):
+def grip_motion(joint, **parts):
     """Return the motion of two bodies in flight that a joint seizes from 0.15 s to 0.4 s."""
     points = {"eye": (0.2, 0.1)}
     sensors = {"lost": fb.sensors.SwitchingLoss("grip"), "F": fb.Reaction("grip"),
@@ -91,37 +95,40 @@ def gripped(joint, **parts):
 )
 def test_momentum_and_energy_of_a_grip_in_flight(joint):
     """Momenta remain, the energy falls by what is reported, and the relative place is held."""
-    t, out = gripped(Switched(joint, lambda t: (t > 0.15) & (t < 0.4)))
+    t, outputs = grip_motion(Switched(joint, lambda t: (t > 0.15) & (t < 0.4)))
     bodies = (("a", 2.0, 0.1), ("b", 3.0, 0.2))
+    # Momenta remain, and the energy with what is lost.
     for axis in "XY":
-        total = sum(m * out[f"v{n}_{axis}"] for n, m, _ in bodies)
+        total = sum(m * outputs[f"v{n}_{axis}"] for n, m, _ in bodies)
         np.testing.assert_allclose(total, total[0], atol=1e-8)
     spin = sum(
-        m * (out[f"r{n}_X"] * out[f"v{n}_Y"] - out[f"r{n}_Y"] * out[f"v{n}_X"]) + J * out[f"w{n}"]
+        m * (outputs[f"r{n}_X"] * outputs[f"v{n}_Y"] - outputs[f"r{n}_Y"] * outputs[f"v{n}_X"])
+        + J * outputs[f"w{n}"]
         for n, m, J in bodies
     )
     np.testing.assert_allclose(spin, spin[0], atol=3e-5)
-    np.testing.assert_allclose(out["T"] + out["lost"], out["T"][0], rtol=3e-5)
-    assert out["lost"][-1] > 2e-3
-    on = (t > 0.155) & (t < 0.395)
-    c = np.cos(out["qb"])
-    s = np.sin(out["qb"])
-    X = out["ea_X"] - out["eb_X"]
-    Y = out["ea_Y"] - out["eb_Y"]
-    along = (c * X + s * Y)[on]
-    across = (c * Y - s * X)[on]
-    turn = (out["qa"] - out["qb"])[on]
-    still = {
+    np.testing.assert_allclose(outputs["T"] + outputs["lost"], outputs["T"][0], rtol=3e-5)
+    assert outputs["lost"][-1] > 2e-3
+    # What the joint holds is constant while it is active.
+    active = (t > 0.155) & (t < 0.395)
+    c = np.cos(outputs["qb"])
+    s = np.sin(outputs["qb"])
+    X = outputs["ea_X"] - outputs["eb_X"]
+    Y = outputs["ea_Y"] - outputs["eb_Y"]
+    along = (c * X + s * Y)[active]
+    across = (c * Y - s * X)[active]
+    turn = (outputs["qa"] - outputs["qb"])[active]
+    constants = {
         fb.Weld: (along, across, turn),
         fb.Revolute: (along, across),
         fb.Prismatic: (2 * along - across, turn),
         fb.Slot: (across,),
         fb.Distance: (np.hypot(along, across),),
     }[type(joint)]
-    for place in still:
+    for place in constants:
         np.testing.assert_allclose(place, place[0], atol=1e-7)
-    force = np.hypot(out["F_X"], out["F_Y"])
-    assert np.all(force[~on & (np.abs(t - 0.15) > 0.01) & (np.abs(t - 0.4) > 0.01)] == 0.0)
+    force = np.hypot(outputs["F_X"], outputs["F_Y"])
+    assert np.all(force[~active & (np.abs(t - 0.15) > 0.01) & (np.abs(t - 0.4) > 0.01)] == 0.0)
 
 
 def test_slot_catches_a_falling_mass():
@@ -143,8 +150,8 @@ def test_slot_catches_a_falling_mass():
     expected = np.outer(slope, travel) + np.outer([0.0, 1.0], fall)
     np.testing.assert_allclose(motion.sel(output=["m_X", "m_Y"]), expected, atol=1e-6)
     assert motion.sel(output="lost")[-1] == pytest.approx(0.5 * 2 * (9.81 * 0.2 * 0.8) ** 2)
-    held = 2.0 * 9.81 * 0.8 * np.array([0.6, 0.8])
-    np.testing.assert_allclose(motion.sel(output=["F_X", "F_Y"])[:, -1], held, rtol=1e-6)
+    reaction = 2.0 * 9.81 * 0.8 * np.array([0.6, 0.8])
+    np.testing.assert_allclose(motion.sel(output=["F_X", "F_Y"])[:, -1], reaction, rtol=1e-6)
 
 
 def test_gear_engages_between_two_turning_rotors():
@@ -171,14 +178,14 @@ def test_gear_engages_between_two_turning_rotors():
     motion = fb.simulate(mechanism, duration=0.5, step=0.01)
     at = {name: motion.sel(output=name) for name in motion.output.values}
     t = np.clip(motion.time.values - 0.123, 0.0, 0.4 - 0.123)
-    on = (motion.time.values > 0.125) & (motion.time.values < 0.395)
+    active = (motion.time.values > 0.125) & (motion.time.values < 0.395)
     rate = 0.9 / (J1 + J2 * (r1 / r2) ** 2)  # of the first rotor while they are engaged
     first = w1 + r1 * impulse / J1 + rate * t
-    np.testing.assert_allclose(at["a"][on], first[on], rtol=1e-5)
-    np.testing.assert_allclose(at["b"][on], -r1 / r2 * first[on], rtol=1e-5)
+    np.testing.assert_allclose(at["a"][active], first[active], rtol=1e-5)
+    np.testing.assert_allclose(at["b"][active], -r1 / r2 * first[active], rtol=1e-5)
     np.testing.assert_allclose(at["b"][-5:], -r1 / r2 * first[-1], rtol=1e-5)  # released
-    np.testing.assert_allclose(at["M"][on], J1 * rate - 0.9, rtol=1e-5)
-    np.testing.assert_allclose(at["F_Y"][on], (J1 * rate - 0.9) / r1, rtol=1e-5)
+    np.testing.assert_allclose(at["M"][active], J1 * rate - 0.9, rtol=1e-5)
+    np.testing.assert_allclose(at["F_Y"][active], (J1 * rate - 0.9) / r1, rtol=1e-5)
     np.testing.assert_allclose(at["F_Y"][-5:], 0.0, atol=1e-9)
     assert at["lost"][-1] == pytest.approx(-0.5 * impulse * slip, rel=1e-5)
 
@@ -191,8 +198,8 @@ def test_motor_between_two_bodies_engages():
     speed = (0.4 * 3.0 - 0.1 * 7.0 - 0.1 * 2.0) / 0.5
     np.testing.assert_allclose(at["wa"], np.where(t > 0.123, speed, 3.0), atol=1e-6)
     np.testing.assert_allclose(at["wb"], np.where(t > 0.123, speed + 2.0, -7.0), atol=1e-6)
-    turned = -10.0 * np.minimum(t, 0.123) + 2.0 * np.maximum(t - 0.123, 0.0)
-    np.testing.assert_allclose(at["b"] - at["a"], turned, atol=2e-5)
+    angle = -10.0 * np.minimum(t, 0.123) + 2.0 * np.maximum(t - 0.123, 0.0)
+    np.testing.assert_allclose(at["b"] - at["a"], angle, atol=2e-5)
     assert at["lost"][-1] == pytest.approx(0.5 * 0.4 * 0.1 / 0.5 * 12.0**2, rel=1e-5)
 
 
@@ -221,10 +228,10 @@ def test_cylinder_and_linear_drive_engage():
 def test_offset_is_where_a_pin_is_held():
     """A mass on an arm of 0.5 m is held at the pin, not at its centre, and swings about it."""
     pin = fb.Revolute("m", (0.5, 0.0), offset=(0.5, 0.0))
-    for where in ("present", "given"):
+    for place in ("present", "given"):
         mechanism = fb.Mechanism(
             bodies={"m": fb.RigidBody(mass=2.0, inertia=0.3, velocity=(0.0, 1.0))},
-            joints={"pin": Switched(pin, lambda t: t > -1.0, where)},
+            joints={"pin": Switched(pin, lambda t: t > -1.0, place)},
             sensors={"m": fb.Position("m"), "w": fb.AngularVelocity("m"),
                      "lost": fb.sensors.SwitchingLoss("pin")},
         )  # fmt: skip
@@ -258,30 +265,32 @@ def test_event_of_a_law_closes_a_latch():
 
 
 def test_given_place_within_a_tolerance():
-    near = Switched(fb.Weld("b", "a", angle=0.0), lambda t: t > 0.1, "given", 1.1)
-    motion = rotors(near, duration=0.2)
-    apart = motion.sel(output="a") - motion.sel(output="b")
-    np.testing.assert_allclose(apart[-5:], 1.0, atol=1e-5)  # 10 rad/s × 0.1 s, which remains
-    turned = Switched(fb.Weld("b", "a", angle=-1.0 - 2 * np.pi), lambda t: t > 0.1, "given", 1e-3)
-    assert rotors(turned, duration=0.2).sel(output="lost")[-1] > 3.9
-    far = Switched(fb.Weld("b", "a", angle=0.0), lambda t: t > 0.1, "given", 0.9)
+    wide_latch = Switched(fb.Weld("b", "a", angle=0.0), lambda t: t > 0.1, "given", 1.1)
+    motion = rotors(wide_latch, duration=0.2)
+    difference = motion.sel(output="a") - motion.sel(output="b")
+    np.testing.assert_allclose(difference[-5:], 1.0, atol=1e-5)  # 10 rad/s × 0.1 s, which remains
+    angled_latch = Switched(
+        fb.Weld("b", "a", angle=-1.0 - 2 * np.pi), lambda t: t > 0.1, "given", 1e-3
+    )
+    assert rotors(angled_latch, duration=0.2).sel(output="lost")[-1] > 3.9
+    tight_latch = Switched(fb.Weld("b", "a", angle=0.0), lambda t: t > 0.1, "given", 0.9)
     with pytest.raises(fb.errors.SimulationError, match="latch' becomes active farther from its"):
-        rotors(far, duration=0.2)
+        rotors(tight_latch, duration=0.2)
 
 
-@pytest.mark.parametrize("closed", [True, False])
-def test_statics_and_modes_have_it_as_at_the_start(closed):
+@pytest.mark.parametrize("active", [True, False])
+def test_statics_and_modes_have_it_as_at_the_start(active):
     mechanism = fb.Mechanism(
         bodies={"m": fb.PointMass(mass=2.0, position=(0.0, -1.0))},
         joints={"guide": fb.Slot("m", (0.0, 0.0), axis=(0.0, 1.0)),
-                "latch": Switched(fb.Revolute("m", (0.0, 0.0)), lambda t: (t < 1.0) == closed)},
+                "latch": Switched(fb.Revolute("m", (0.0, 0.0)), lambda t: (t < 1.0) == active)},
         loads={"gravity": fb.Gravity(), "spring": fb.Spring("m", (0.0, 0.0), 200.0, 1.0)},
         sensors={"m": fb.Position("m"), "F": fb.Reaction("latch")},
     )  # fmt: skip
     rest = fb.equilibrium(mechanism)
-    place, force = (-1.0, 19.62) if closed else (-1.0 - 19.62 / 200.0, 0.0)
+    place, force = (-1.0, 19.62) if active else (-1.0 - 19.62 / 200.0, 0.0)
     np.testing.assert_allclose(rest.sel(output=["m_Y", "F_Y"]), [place, force], atol=1e-9)
-    if not closed:
+    if not active:
         assert fb.modes(mechanism, 1)["frequency"] == pytest.approx(10 / (2 * np.pi))
     with pytest.raises(fb.errors.InputError, match="joints that switch"):
         fb.simulate(mechanism, duration=0.1, step=0.01, start="periodic", period=0.1)
@@ -292,11 +301,11 @@ def test_statics_and_modes_have_it_as_at_the_start(closed):
 
 def test_motion_goes_on_with_a_closed_latch():
     latch = Switched(fb.Weld("b", "a"), lambda t: t > 0.123)
-    whole = rotors(latch)
+    full_motion = rotors(latch)
     first = rotors(latch, duration=0.3, keep_state=True)
     rest = rotors(Switched(fb.Weld("b", "a"), lambda t: t > -1.0), duration=0.3, start=first)
     for name in ("a", "b"):
-        end = whole.sel(output=name)[-1]
+        end = full_motion.sel(output=name)[-1]
         np.testing.assert_allclose(rest.sel(output=name)[-1], end, atol=1e-6)
 
 

@@ -16,13 +16,13 @@ def test_the_structures_of_all_mechanisms_have_one_layout():
     """The engine is compiled for one. What a mechanism does not have are empty arrays."""
     point = fb.Mechanism(bodies={"p": fb.PointMass(mass=1.0)}, sensors={"x": fb.Position("p")})
     bodies, joints = gears((0.1, 0.25), (0.4, 0.3))
-    geared = fb.Mechanism(
+    gear_train = fb.Mechanism(
         bodies=bodies,
         joints=joints,
         loads={"law": fb.ForceLaw(["1"], spring_and_moment, (4.0, 0.01))},
         sensors={"angle": fb.Angle("1")},
     )
-    layouts = {RecordType(assemble(m).structure) for m in (point, geared, slider_crank())}
+    layouts = {RecordType(assemble(m).structure) for m in (point, gear_train, slider_crank())}
     assert len(layouts) == 1
 
 
@@ -86,9 +86,9 @@ def test_tangent_of_gears_and_laws_is_the_derivative_of_the_residual():
         ],
         axis=1,
     )
-    own = dense.tangent(unknowns) - dense.tangent(unknowns, 0.0)
+    tangent = dense.tangent(unknowns) - dense.tangent(unknowns, 0.0)
     Phi = dense.tangent(unknowns, 0.0)
-    np.testing.assert_allclose(own[:count, :count], exact[:count, :count], atol=2e-6)
+    np.testing.assert_allclose(tangent[:count, :count], exact[:count, :count], atol=2e-6)
     np.testing.assert_allclose(Phi[count:, :count], exact[count:, :count], atol=1e-8)
 
 
@@ -117,8 +117,8 @@ def test_a_multiplier_comes_after_its_coordinates(multipliers, seed):
     count = coordinates + multipliers
     pairs = [(i, i + 1 if i < count else 0) for i in range(1, count + 1, 2)]
     pattern, _ = analyse(pairs, coordinates, stiffness | jacobian)
-    ordered = np.stack([pattern.first, pattern.second], axis=1)
-    place = {int(i): k for k, pair in enumerate(ordered) for i in pair}
+    pattern_pairs = np.stack([pattern.first, pattern.second], axis=1)
+    place = {int(i): k for k, pair in enumerate(pattern_pairs) for i in pair}
     assert sorted(place.keys() - {0}) == list(range(1, count + 1))
     assert all(place[i] < place[j] for i, j in jacobian)
 

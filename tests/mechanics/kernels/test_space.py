@@ -24,7 +24,7 @@ from flexband.mechanics.kernels.relations import meet, parallel, turn
 from flexband.mechanics.loads.load import Entries, SpringEntry
 from tests.mechanics.space import INERTIA, MASS, Coordinates, SpatialBody, axes_of
 
-ignored = pytest.mark.filterwarnings("ignore::flexband.errors.ResolutionWarning")
+ignore_resolution = pytest.mark.filterwarnings("ignore::flexband.errors.ResolutionWarning")
 
 WEIGHT = np.array([0.0, 0.0, -9.81 * MASS])
 
@@ -66,14 +66,16 @@ def rates_of_top(t, state):
     return np.concatenate([np.cross(turn, spin).ravel(), change])
 
 
-@ignored
+@ignore_resolution
 def test_a_heavy_top_precesses():
     turn = Rotation.from_euler("xz", [0.4, 0.3])
     spin = np.array([0.5, 60.0, -2.0])  # in its axes
     place = turn.apply([0.0, 1.0, 0.0])
-    turning = turn.apply(spin)
+    angular_velocity = turn.apply(spin)
     top = fb.Mechanism(
-        bodies={"top": SpatialBody(place, turn, np.cross(turning, place), turning)},
+        bodies={
+            "top": SpatialBody(place, turn, np.cross(angular_velocity, place), angular_velocity)
+        },
         joints={"tip": Ball("top.foot")},
         loads={"weight": weight("top")},
         sensors={"top": Coordinates("top")},
@@ -116,9 +118,11 @@ def rates_of_pair(forces):
         force, moment = forces(places, turns, velocities, spins)
         moment = np.einsum("bij,bi->bj", turns, moment)  # in the axes of the bodies
         change = (moment - np.cross(spins, INERTIA * spins)) / INERTIA
-        turning = np.stack([np.cross(turn, spin) for turn, spin in zip(turns, spins, strict=True)])
+        turn_rates = np.stack(
+            [np.cross(turn, spin) for turn, spin in zip(turns, spins, strict=True)]
+        )
         return np.concatenate(
-            [velocities.ravel(), turning.ravel(), force.ravel() / MASS, change.ravel()]
+            [velocities.ravel(), turn_rates.ravel(), force.ravel() / MASS, change.ravel()]
         )
 
     return rates
@@ -150,25 +154,25 @@ def errors_of_pair(load, forces, duration=1.5, steps=(1e-3, 5e-4)):
     return errors, motion
 
 
-@ignored
+@ignore_resolution
 def test_a_spring_between_two_bodies_in_space():
     stiffness = 300.0
     damping = 2.0
     rest = 0.7
 
     def enters(model):
-        apart = subtract(model.frame("a.foot").position, model.frame("b").position)
+        separation = subtract(model.frame("a.foot").position, model.frame("b").position)
         return Entries(
-            springs=[SpringEntry(length(apart), stiffness, rest, 0.0, damping, Form({}))]
+            springs=[SpringEntry(length(separation), stiffness, rest, 0.0, damping, Form({}))]
         )
 
     def forces(places, turns, velocities, spins):
         lever = -turns[0][:, 1]
-        apart = places[0] + lever - places[1]
-        moving = velocities[0] + np.cross(turns[0] @ spins[0], lever) - velocities[1]
-        size = np.linalg.norm(apart)
-        tension = stiffness * (size - rest) + damping * (apart @ moving) / size
-        pull = -tension * apart / size
+        separation = places[0] + lever - places[1]
+        relative_velocity = velocities[0] + np.cross(turns[0] @ spins[0], lever) - velocities[1]
+        size = np.linalg.norm(separation)
+        tension = stiffness * (size - rest) + damping * (separation @ relative_velocity) / size
+        pull = -tension * separation / size
         return np.array([pull, -pull]), np.array([np.cross(lever, pull), np.zeros(3)])
 
     errors, _ = errors_of_pair(Entered(enters), forces)
@@ -176,7 +180,7 @@ def test_a_spring_between_two_bodies_in_space():
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.15)
 
 
-@ignored
+@ignore_resolution
 def test_a_torsion_spring_about_a_tilted_axis_counts_turns():
     """The angle is that of b's first axis about a's third one, in the other axes of a.
 
@@ -198,8 +202,8 @@ def test_a_torsion_spring_about_a_tilted_axis_counts_turns():
         u = turns[1][:, 0]
         x = u @ a[:, 0]
         y = u @ a[:, 1]
-        now = np.arctan2(y, x)
-        state["turn"] = now + 2 * np.pi * np.round((state["turn"] - now) / (2 * np.pi))
+        angle = np.arctan2(y, x)
+        state["turn"] = angle + 2 * np.pi * np.round((state["turn"] - angle) / (2 * np.pi))
         by_u = (x * a[:, 1] - y * a[:, 0]) / (x**2 + y**2)  # ∂θ/∂u
         by_axes = [np.cross(a[:, 0], -y * u), np.cross(a[:, 1], x * u)]
         of_b = np.cross(u, by_u)
@@ -233,18 +237,18 @@ class Drive(PairJoint):
         return -multipliers[-1]
 
 
-@ignored
+@ignore_resolution
 def test_a_drive_about_a_tilted_axis_of_two_bodies_counts_turns():
     """The angle 30 t + 4 t² makes five turns between two free bodies, which take 4 J each."""
-    tilted = Rotation.from_euler("xyz", [0.5, -0.4, 0.3])
-    spins = [tilted.apply([0.0, 0.0, speed]) for speed in (20.0, 50.0)]
-    bodies = [SpatialBody(np.zeros(3), tilted, np.zeros(3), spin) for spin in spins]
-    driven = fb.Mechanism(
+    tilt = Rotation.from_euler("xyz", [0.5, -0.4, 0.3])
+    spins = [tilt.apply([0.0, 0.0, speed]) for speed in (20.0, 50.0)]
+    bodies = [SpatialBody(np.zeros(3), tilt, np.zeros(3), spin) for spin in spins]
+    mechanism = fb.Mechanism(
         bodies=dict(zip("ab", bodies, strict=True)),
         joints={"motor": Drive("b", "a", lambda t: 30 * t + 4 * t**2)},
         sensors={name: Coordinates(name) for name in "ab"} | {"M": fb.ReactionMoment("motor")},
     )
-    motion = fb.simulate(driven, duration=1.0, step=5e-4)
+    motion = fb.simulate(mechanism, duration=1.0, step=5e-4)
     time = motion["time"].values
     turns = {"a": 20 * time - 2 * time**2, "b": 50 * time + 2 * time**2}
     x = {name: axes_of(motion, name)[:, :, 0] for name in "ab"}
@@ -252,20 +256,20 @@ def test_a_drive_about_a_tilted_axis_of_two_bodies_counts_turns():
     assert relative[-1] > 5 * 2 * np.pi
     assert np.sum(x["a"] * x["b"], axis=1) == pytest.approx(np.cos(relative), abs=1e-9)
     for name, way in turns.items():
-        exact = (tilted * Rotation.from_rotvec(np.outer(way, [0, 0, 1]))).as_matrix()
+        exact = (tilt * Rotation.from_rotvec(np.outer(way, [0, 0, 1]))).as_matrix()
         assert axes_of(motion, name) == pytest.approx(exact, abs=2e-2)
     moment = motion.sel(output="M").values
     assert moment[0] == pytest.approx(4 * INERTIA[2], rel=1e-9)
 
 
-@ignored
+@ignore_resolution
 def test_the_second_rate_of_an_angle_between_tumbling_bodies():
     """Euler's equations of both at the start, α_b = α_a + 8 e + 30 ω_a × e, M on b and −M on a."""
-    tilted = Rotation.from_euler("xyz", [0.5, -0.4, 0.3])
-    turned = Rotation.from_euler("z", 0.7)
-    axis = tilted.apply([0.0, 0.0, 1.0])
+    tilt = Rotation.from_euler("xyz", [0.5, -0.4, 0.3])
+    phase = Rotation.from_euler("z", 0.7)
+    axis = tilt.apply([0.0, 0.0, 1.0])
     spin = np.array([2.0, -3.0, 4.0])
-    turns = (tilted, tilted * turned)
+    turns = (tilt, tilt * phase)
     spins = (spin, spin + 30 * axis)
     bodies = [
         SpatialBody(np.zeros(3), turn, np.zeros(3), speed)
@@ -276,12 +280,12 @@ def test_the_second_rate_of_an_angle_between_tumbling_bodies():
     relative = 8 * axis + 30 * np.cross(spin, axis)
     of_a = -np.linalg.solve(sum(inertia), sum(gyroscopic) + inertia[1] @ relative)
     exact = axis @ (inertia[1] @ (of_a + relative) + gyroscopic[1])
-    driven = fb.Mechanism(
+    mechanism = fb.Mechanism(
         bodies=dict(zip("ab", bodies, strict=True)),
         joints={"motor": Drive("b", "a", lambda t: 0.7 + 30 * t + 4 * t**2)},
         sensors={"M": fb.ReactionMoment("motor")},
     )
-    motion = fb.simulate(driven, duration=0.05, step=1e-3)
+    motion = fb.simulate(mechanism, duration=0.05, step=1e-3)
     assert motion.values[0, 0] == pytest.approx(exact, rel=1e-7)
 
 
@@ -289,22 +293,22 @@ def test_the_second_rate_of_an_angle_between_tumbling_bodies():
 def test_steps_in_which_a_body_turns_far_are_warned_of_about_any_axis(axis):
     """By 0.6 rad a step numerical damping takes speed; by 0.05 rad it takes none to speak of."""
     spin = 600.0 * np.array(axis) / np.linalg.norm(axis)
-    free = fb.Mechanism(
+    mechanism = fb.Mechanism(
         bodies={"b": SpatialBody(np.zeros(3), Rotation.identity(), np.zeros(3), spin)},
         sensors={"b": Coordinates("b")},
     )
     text = r"body 'b' turns by about 0\.(59|6\d*) rad per step"
     with pytest.warns(fb.errors.ResolutionWarning, match=text):
-        fb.simulate(free, duration=0.05, step=1e-3)
+        fb.simulate(mechanism, duration=0.05, step=1e-3)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        fb.simulate(free, duration=0.005, step=1e-3 / 12)
+        fb.simulate(mechanism, duration=0.005, step=1e-3 / 12)
 
 
 def test_frequencies_of_a_body_on_six_skew_springs():
     """Those of M⁻¹ Σ k l lᵀ, where l = (n, r × n) of the line of each spring."""
     rng = np.random.default_rng(4)
-    tilted = Rotation.from_euler("xyz", [0.5, -0.4, 0.3])
+    tilt = Rotation.from_euler("xyz", [0.5, -0.4, 0.3])
     anchors, levers = rng.uniform(1, 2, (6, 3)), rng.uniform(-0.5, 0.5, (6, 3))
     stiffness = rng.uniform(100, 900, 6)
 
@@ -315,18 +319,19 @@ def test_frequencies_of_a_body_on_six_skew_springs():
             place = a.position
             for axis, component in zip(a.axes, lever, strict=True):
                 place = add(place, scale(component, axis))
-            apart = length(subtract(place, constant_vector(anchor)))
-            springs.append(SpringEntry(apart, k, None, 0.0, 0.0, Form({})))
+            distance = length(subtract(place, constant_vector(anchor)))
+            springs.append(SpringEntry(distance, k, None, 0.0, 0.0, Form({})))
         return Entries(springs=springs)
 
-    body = SpatialBody(np.zeros(3), tilted, np.zeros(3), np.zeros(3))
-    held = fb.Mechanism(bodies={"b": body}, loads={"springs": Entered(enters)})
+    body = SpatialBody(np.zeros(3), tilt, np.zeros(3), np.zeros(3))
+    mechanism = fb.Mechanism(bodies={"b": body}, loads={"springs": Entered(enters)})
+    # Stiffness of the lines in the axes of the body.
     matrix = np.zeros((6, 6))
-    for k, anchor, lever in zip(stiffness, tilted.inv().apply(anchors), levers, strict=True):
+    for k, anchor, lever in zip(stiffness, tilt.inv().apply(anchors), levers, strict=True):
         n = (lever - anchor) / np.linalg.norm(lever - anchor)  # in the axes of the body
         line = np.concatenate([n, np.cross(lever, n)])
         matrix += k * np.outer(line, line)
     mass = np.array([MASS] * 3 + [*INERTIA])
     square = np.linalg.eigvalsh(matrix / np.sqrt(np.outer(mass, mass)))
-    found = fb.modes(held, 6, about="start")["frequency"].values
-    assert found == pytest.approx(np.sqrt(square) / (2 * np.pi), rel=1e-8)
+    frequencies = fb.modes(mechanism, 6, about="start")["frequency"].values
+    assert frequencies == pytest.approx(np.sqrt(square) / (2 * np.pi), rel=1e-8)

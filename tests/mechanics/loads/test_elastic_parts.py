@@ -26,9 +26,9 @@ def test_a_straight_table_is_a_spring_and_a_damper():
     place = np.array([-0.5, 0.1, 0.4])
     speed = np.array([-1.0, 2.0])
     table = fb.loads.Characteristic(300 * place[:, None] + 5 * speed, place, speed)
-    given = {"velocity": 1.0, "duration": 1.0, "step": 1e-3}
-    a = sled(fb.Spring("m", (0.0, 0.0), rest_length=0.8, pull=table), **given)
-    b = sled(fb.Spring("m", (0.0, 0.0), 300.0, rest_length=0.8, damping=5.0), **given)
+    options = {"velocity": 1.0, "duration": 1.0, "step": 1e-3}
+    a = sled(fb.Spring("m", (0.0, 0.0), rest_length=0.8, pull=table), **options)
+    b = sled(fb.Spring("m", (0.0, 0.0), 300.0, rest_length=0.8, damping=5.0), **options)
     np.testing.assert_allclose(a, b, atol=1e-8)
 
 
@@ -57,8 +57,10 @@ def test_motor_with_a_torque_over_speed():
     for row, part in zip(speed, factor, strict=True):
         corner = 10.0 * inertia / (3.0 * part)
         decay = 5.0 * inertia / (3.0 * part)
-        later = 15.0 - 5.0 * np.exp(-np.maximum(t - corner, 0.0) / decay)
-        np.testing.assert_allclose(row, np.where(t < corner, 3.0 * part * t, later), atol=4e-4)
+        second_phase = 15.0 - 5.0 * np.exp(-np.maximum(t - corner, 0.0) / decay)
+        np.testing.assert_allclose(
+            row, np.where(t < corner, 3.0 * part * t, second_phase), atol=4e-4
+        )
     torque = motion.sel(output="motor_M").values
     expected = factor[:, None] * np.interp(speed, [0.0, 10.0, 15.0], [3.0, 3.0, 0.0])
     np.testing.assert_allclose(torque, expected, atol=1e-9)
@@ -134,7 +136,7 @@ def test_spring_of_no_rest_length_passes_through_its_end():
 K = np.array([[4e3, 500.0, 60.0], [500.0, 9e3, -80.0], [60.0, -80.0, 12.0]])
 
 
-def two_bodies(bushing, **given):
+def two_bodies(bushing, **parts):
     """Return two bodies that a bushing joins off their centres."""
     points = {"eye": (0.1, 0.05)}
     bodies = {
@@ -148,14 +150,14 @@ def two_bodies(bushing, **given):
         sensors |= {f"r{name}": fb.Position(name), f"v{name}": fb.Velocity(name),
                     f"w{name}": fb.AngularVelocity(name), f"q{name}": fb.Angle(name),
                     f"e{name}": fb.Position(f"{name}.eye")}  # fmt: skip
-    return fb.Mechanism(bodies=bodies, loads={"bushing": bushing}, sensors=sensors, **given)
+    return fb.Mechanism(bodies=bodies, loads={"bushing": bushing}, sensors=sensors, **parts)
 
 
-@pytest.mark.parametrize("damped", [0.0, 1e-3])
-def test_bushing_conserves_energy_and_momentum(damped):
+@pytest.mark.parametrize("retardation", [0.0, 1e-3])
+def test_bushing_conserves_energy_and_momentum(retardation):
     """Of two free bodies that turn by several rad, with a coupling of all three directions."""
     bushing = fb.loads.Bushing(
-        "a.eye", "b.eye", stiffness=K, damping=damped * K, rest=(0.01, -0.02, 3.0)
+        "a.eye", "b.eye", stiffness=K, damping=retardation * K, rest=(0.01, -0.02, 3.0)
     )
     motion = fb.simulate(
         two_bodies(bushing),
@@ -163,31 +165,35 @@ def test_bushing_conserves_energy_and_momentum(damped):
         step=2.5e-4,
         integrator=fb.GeneralizedAlpha(spectral_radius=1.0),
     )  # fmt: skip
-    out = {name: motion.sel(output=name).values for name in motion.output.values}
-    X = out["ea_X"] - out["eb_X"]
-    Y = out["ea_Y"] - out["eb_Y"]
-    turn = out["qb"]
+    outputs = {name: motion.sel(output=name).values for name in motion.output.values}
+    # The deflection in the axes of the second body, and the energy with what damping took.
+    X = outputs["ea_X"] - outputs["eb_X"]
+    Y = outputs["ea_Y"] - outputs["eb_Y"]
+    turn = outputs["qb"]
     c = np.cos(turn)
     s = np.sin(turn)
-    d = np.stack([c * X + s * Y - 0.01, c * Y - s * X + 0.02, out["qa"] - turn - 3.0])
-    energy = out["T"] + 0.5 * np.einsum("it,ij,jt->t", d, K, d)
+    d = np.stack([c * X + s * Y - 0.01, c * Y - s * X + 0.02, outputs["qa"] - turn - 3.0])
+    energy = outputs["T"] + 0.5 * np.einsum("it,ij,jt->t", d, K, d)
     t = motion.time.values
     rate = np.gradient(d, t, axis=1, edge_order=2)
-    lost = np.einsum("it,ij,jt->t", rate, damped * K, rate)
-    energy[1:] += np.cumsum((lost[1:] + lost[:-1]) / 2 * np.diff(t))
-    np.testing.assert_allclose(energy, energy[0], rtol=2e-3 if damped else 2e-4)
-    force = -K @ (d + damped * rate)
-    turned = np.stack([c * force[0] - s * force[1], s * force[0] + c * force[1], force[2]])
-    exerted = np.stack([out["F_X"], out["F_Y"], out["F_M"]])
+    dissipation = np.einsum("it,ij,jt->t", rate, retardation * K, rate)
+    energy[1:] += np.cumsum((dissipation[1:] + dissipation[:-1]) / 2 * np.diff(t))
+    np.testing.assert_allclose(energy, energy[0], rtol=2e-3 if retardation else 2e-4)
+    # The sensor of the law has its force in global axes.
+    force = -K @ (d + retardation * rate)
+    global_force = np.stack([c * force[0] - s * force[1], s * force[0] + c * force[1], force[2]])
+    law_force = np.stack([outputs["F_X"], outputs["F_Y"], outputs["F_M"]])
     np.testing.assert_allclose(
-        exerted, turned, atol=(1e-2 if damped else 1e-8) * np.abs(turned).max()
+        law_force, global_force, atol=(1e-2 if retardation else 1e-8) * np.abs(global_force).max()
     )
+    # Angular momentum of both bodies.
     a, b = (
-        m * (out[f"r{n}_X"] * out[f"v{n}_Y"] - out[f"r{n}_Y"] * out[f"v{n}_X"]) + J * out[f"w{n}"]
+        m * (outputs[f"r{n}_X"] * outputs[f"v{n}_Y"] - outputs[f"r{n}_Y"] * outputs[f"v{n}_X"])
+        + J * outputs[f"w{n}"]
         for n, m, J in (("a", 2.0, 0.03), ("b", 3.0, 0.05))
     )
     np.testing.assert_allclose(a + b, a[0] + b[0], atol=2e-5)
-    assert np.abs(out["qb"]).max() > 1.5
+    assert np.abs(outputs["qb"]).max() > 1.5
 
 
 def test_bushing_in_statics_and_modes():
@@ -214,24 +220,26 @@ def test_bushing_in_statics_and_modes():
         d = np.linalg.solve(K, force)
         place = axes @ np.array([0.3 + d[0], 0.1 + d[1]])
         np.testing.assert_allclose(rest, [*place, 0.5 + d[2]], atol=1e-9)
-        loose = {n: load for n, load in mechanism.loads.items() if n == "bushing"}
-        free = fb.Mechanism(
-            bodies=mechanism.bodies, joints=mechanism.joints, loads=loose,
+        bushing_load = {n: load for n, load in mechanism.loads.items() if n == "bushing"}
+        bushing_only = fb.Mechanism(
+            bodies=mechanism.bodies, joints=mechanism.joints, loads=bushing_load,
             sensors=mechanism.sensors,
         )  # fmt: skip
         w2 = np.sort(np.linalg.eigvals(np.diag([0.5, 0.5, 100.0]) @ K).real)
-        found = (2 * np.pi * fb.modes(free, 3)["frequency"].values.ravel()) ** 2
-        np.testing.assert_allclose(found, w2, rtol=1e-6)
+        frequency_squares = (2 * np.pi * fb.modes(bushing_only, 3)["frequency"].values.ravel()) ** 2
+        np.testing.assert_allclose(frequency_squares, w2, rtol=1e-6)
 
 
 def test_numbers_of_a_bushing_may_differ_between_three_samples():
     across = np.array([5e3, 6e3, 7e3])
-    turning = np.array([4e3, 5e3, 6e3])
-    found = fb.equilibrium(
+    turn_stiffness = np.array([4e3, 5e3, 6e3])
+    rest = fb.equilibrium(
         fb.Mechanism(
             bodies={"m": fb.RigidBody(mass=2.0, inertia=0.5)},
             loads={
-                "rubber": fb.loads.Bushing("m", (0.0, 0.0), (np.full(3, 8e2), across, turning)),
+                "rubber": fb.loads.Bushing(
+                    "m", (0.0, 0.0), (np.full(3, 8e2), across, turn_stiffness)
+                ),
                 "rest": fb.loads.Bushing(
                     "m", (0.0, 0.0), ((0.0, 0, 0), (0, across, 0), (0, 0, 1)), (0.0, across, 0.0)
                 ),
@@ -241,8 +249,8 @@ def test_numbers_of_a_bushing_may_differ_between_three_samples():
             sensors={"m": fb.Position("m"), "turn": fb.Angle("m")},
         )
     )
-    expected = np.transpose([np.full(3, 0.01), 25 / across, 40 / (turning + 1)])
-    np.testing.assert_allclose(found, expected, rtol=1e-9)
+    expected = np.transpose([np.full(3, 0.01), 25 / across, 40 / (turn_stiffness + 1)])
+    np.testing.assert_allclose(rest, expected, rtol=1e-9)
 
 
 def test_damping_of_a_bushing():
@@ -251,9 +259,9 @@ def test_damping_of_a_bushing():
         loads={"rubber": fb.loads.Bushing("m", (0.0, 0.0), (800.0, 5e3, 4e3), (4.0, 20.0, 8.0))},
         sensors={"m": fb.Position("m")},
     )
-    found = fb.modes(mechanism, 3)["damping_ratio"].values.ravel()
+    ratios = fb.modes(mechanism, 3)["damping_ratio"].values.ravel()
     k, d, m = np.array([[800.0, 5e3, 4e3], [4.0, 20.0, 8.0], [2.0, 2.0, 0.5]])
-    np.testing.assert_allclose(found, d / (2 * np.sqrt(k * m)), rtol=1e-6)
+    np.testing.assert_allclose(ratios, d / (2 * np.sqrt(k * m)), rtol=1e-6)
 
 
 def member(kind, elements=4, **options):
@@ -265,7 +273,7 @@ def member(kind, elements=4, **options):
                    poissons_ratio=0.3, elements=elements, **options)  # fmt: skip
 
 
-CLAMPED = {"a": fb.Weld("rod.start", (0.0, 0.0)), "b": fb.Weld("rod.end", (1.0, 0.0))}
+CLAMPS = {"a": fb.Weld("rod.start", (0.0, 0.0)), "b": fb.Weld("rod.end", (1.0, 0.0))}
 
 
 @pytest.mark.parametrize("kind", ["cable", "beam"])
@@ -277,22 +285,24 @@ def test_free_strain_of_a_clamped_and_of_a_free_rod(kind):
         "factor": {"strain": 4e-4, "factor": lambda t: 0.5 + t},
         "history": {"history": lambda x, t: (4e-4 + t) * x},
     }
-    for way, given in ways.items():
-        loads = {"heat": fb.loads.FreeStrain("rod", **given)}
+    for way, arguments in ways.items():
+        loads = {"heat": fb.loads.FreeStrain("rod", **arguments)}
         sensors = {"N": fb.SectionForces("rod", "0.3"), "end": fb.Position("rod.end"),
                    "e": fb.Strain("rod", "0.5"), "U": fb.ElasticEnergy()}  # fmt: skip
         expected = np.array([2e-4, -1e-4]) if way == "number" else np.array([2e-4])
         rod = {"rod": member(kind)}
         parts = {"bodies": rod, "loads": loads, "sensors": sensors}
         if way in ("number", "factor"):  # the section force is that of each place
-            walls = fb.equilibrium(fb.Mechanism(joints=CLAMPED, **parts))
+            walls = fb.equilibrium(fb.Mechanism(joints=CLAMPS, **parts))
             force = np.ravel(walls.sel(output="N_N"))
             np.testing.assert_allclose(force, -2e5 * expected, rtol=1e-9)
             energy = np.ravel(walls.sel(output="U"))
             np.testing.assert_allclose(energy, 1e5 * expected**2, rtol=1e-6)
-        free = fb.equilibrium(fb.Mechanism(joints={"a": CLAMPED["a"]}, **parts))
-        np.testing.assert_allclose(np.ravel(free.sel(output="end_X")), 1 + expected, atol=1e-11)
-        np.testing.assert_allclose(free.sel(output=["N_N", "e_xx", "U"]), 0.0, atol=1e-6)
+        cantilever = fb.equilibrium(fb.Mechanism(joints={"a": CLAMPS["a"]}, **parts))
+        np.testing.assert_allclose(
+            np.ravel(cantilever.sel(output="end_X")), 1 + expected, atol=1e-11
+        )
+        np.testing.assert_allclose(cantilever.sel(output=["N_N", "e_xx", "U"]), 0.0, atol=1e-6)
 
 
 @pytest.mark.parametrize("kind", ["cable", "beam"])
@@ -304,22 +314,24 @@ def test_free_curvature_of_a_cantilever_and_between_walls(kind):
         "factor": {"curvature": 0.8, "factor": lambda t: 0.5 + t},
         "history": {"history": lambda x, t: 0.4 + t + 0.0 * x},
     }
-    for way, given in ways.items():
+    for way, arguments in ways.items():
         kappa = np.array([0.4, -0.2]) if way == "number" else np.array([0.4])
         parts = {
             "bodies": {"rod": member(kind)},
-            "loads": {"sun": fb.loads.FreeCurvature("rod", **given)},
+            "loads": {"sun": fb.loads.FreeCurvature("rod", **arguments)},
             "sensors": {"end": fb.Position("rod.end"), "turn": fb.Angle("rod.end"),
                         "S": fb.SectionForces("rod", "0.3"), "e": fb.Strain("rod", "0.5", y=0.004),
                         "U": fb.ElasticEnergy(), "y": fb.Position("rod.middle")},
         }  # fmt: skip
-        free = fb.equilibrium(fb.Mechanism(joints={"a": CLAMPED["a"]}, **parts))
-        np.testing.assert_allclose(np.ravel(free.sel(output="turn")), kappa, rtol=1e-9)
+        cantilever = fb.equilibrium(fb.Mechanism(joints={"a": CLAMPS["a"]}, **parts))
+        np.testing.assert_allclose(np.ravel(cantilever.sel(output="turn")), kappa, rtol=1e-9)
         arc = np.stack([np.sin(kappa), 1 - np.cos(kappa)]) / kappa
-        place = np.atleast_2d(free.sel(output=["end_X", "end_Y"]).values).T
+        place = np.atleast_2d(cantilever.sel(output=["end_X", "end_Y"]).values).T
         np.testing.assert_allclose(place, arc, atol=(kappa.max() / 4) ** 4 / 2880 * 1.1)
-        np.testing.assert_allclose(free.sel(output=["S_N", "S_M", "e_xx", "U"]), 0.0, atol=1e-7)
-        walls = fb.equilibrium(fb.Mechanism(joints=CLAMPED, **parts))
+        np.testing.assert_allclose(
+            cantilever.sel(output=["S_N", "S_M", "e_xx", "U"]), 0.0, atol=1e-7
+        )
+        walls = fb.equilibrium(fb.Mechanism(joints=CLAMPS, **parts))
         np.testing.assert_allclose(np.ravel(walls.sel(output="S_M")), -5 / 3 * kappa, rtol=1e-9)
         np.testing.assert_allclose(walls.sel(output=["y_Y", "S_N"]), 0.0, atol=1e-9)
         energy = np.ravel(walls.sel(output="U"))
@@ -329,15 +341,15 @@ def test_free_curvature_of_a_cantilever_and_between_walls(kind):
 def test_free_curvature_of_a_propped_strip_and_in_time():
     """The end would rise by ∫κ(L − x) dx; between walls the moment is −EI κ(t)."""
     parts = {"bodies": {"rod": member("cable")}, "sensors": {"S": fb.SectionForces("rod", "0.5")}}
-    propped = fb.Mechanism(
-        joints={"a": CLAMPED["a"], "prop": fb.Slot("rod.end", (1.0, 0.0))},
+    mechanism = fb.Mechanism(
+        joints={"a": CLAMPS["a"], "prop": fb.Slot("rod.end", (1.0, 0.0))},
         loads={"sun": fb.loads.FreeCurvature("rod", lambda x: 0.006 * x)},
         **parts,
     )
     force = -3 * 5 / 3 * 1e-3
-    assert fb.equilibrium(propped).sel(output="S_M") == pytest.approx(0.5 * force, rel=1e-5)
+    assert fb.equilibrium(mechanism).sel(output="S_M") == pytest.approx(0.5 * force, rel=1e-5)
     sun = fb.loads.FreeCurvature("rod", history=lambda x, t: 0.02 * t**2 + 0.0 * x)
-    walls = fb.Mechanism(joints=CLAMPED, loads={"sun": sun}, **parts)
+    walls = fb.Mechanism(joints=CLAMPS, loads={"sun": sun}, **parts)
     motion = fb.simulate(walls, duration=0.1, step=0.01)
     expected = -5 / 3 * 0.02 * motion.time.values**2
     np.testing.assert_allclose(motion.sel(output="S_M"), expected, atol=1e-10)
@@ -353,12 +365,12 @@ def test_heat_softens_a_rod_and_rises_in_time(kind):
         bodies={"rod": member(kind)}, joints=pins, sensors={"m": fb.Position("rod.middle")},
         loads={"heat": fb.loads.FreeStrain("rod", strain)},
     )  # fmt: skip
-    found = fb.modes(mechanism, 1)["frequency"].values.ravel()
+    frequencies = fb.modes(mechanism, 1)["frequency"].values.ravel()
     expected = np.sqrt(1 + np.array([0.0, -0.5, 0.5, 2.0]))
-    np.testing.assert_allclose(found / found[0], expected, rtol=2e-3)
+    np.testing.assert_allclose(frequencies / frequencies[0], expected, rtol=2e-3)
     fire = fb.loads.FreeStrain("rod", history=lambda x, t: 1e-5 * t**2 + 0.0 * x)
     motion = fb.simulate(
-        fb.Mechanism(bodies={"rod": member(kind, retardation_time=1e-4)}, joints=CLAMPED,
+        fb.Mechanism(bodies={"rod": member(kind, retardation_time=1e-4)}, joints=CLAMPS,
                      loads={"fire": fire}, sensors={"N": fb.SectionForces("rod")}),
         duration=1.0, step=0.01,
     )  # fmt: skip
@@ -371,7 +383,7 @@ def test_damping_of_bending_alone(kind):
     """Bending has the ratio τ_b ω/2, the axial vibration τ ω/2."""
     rod = member(kind, elements=2, retardation_time=1e-6, bending_retardation_time=2e-4)
     mechanism = fb.Mechanism(
-        bodies={"rod": rod}, joints={"a": CLAMPED["a"]}, sensors={"end": fb.Position("rod.end")}
+        bodies={"rod": rod}, joints={"a": CLAMPS["a"]}, sensors={"end": fb.Position("rod.end")}
     )
     modes = fb.modes(mechanism, 6)
     frequency, ratio = (np.ravel(modes[name].values) for name in ("frequency", "damping_ratio"))
@@ -385,7 +397,7 @@ def test_damping_of_bending_alone(kind):
 
 def test_massless_parts_have_no_weight():
     rod = fb.RigidBody(mass=0.0, inertia=0.0, points={"a": (0.0, 0.0), "b": (1.0, 0.0)})
-    hanging = fb.Mechanism(
+    mechanism = fb.Mechanism(
         bodies={"rod": rod, "m": fb.PointMass(mass=2.0, position=(1.0, 0.0))},
         joints={
             "pin": fb.Revolute("rod.a", (0.0, 0.0)),
@@ -395,7 +407,7 @@ def test_massless_parts_have_no_weight():
         loads={"gravity": fb.Gravity()},
         sensors={"F": fb.Reaction("pin"), "M": fb.ReactionMoment("hold")},
     )
-    np.testing.assert_allclose(fb.equilibrium(hanging), [0.0, 19.62, 19.62], atol=1e-12)
+    np.testing.assert_allclose(fb.equilibrium(mechanism), [0.0, 19.62, 19.62], atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -427,7 +439,7 @@ def test_drawings_show_tables_bushings_and_heat():
             "rod": member("beam"),
             "b": fb.RigidBody.disc(radius=0.1, width=0.1, density=10.0, position=(1.1, 0.3)),
         },
-        joints={"a": CLAMPED["a"]},
+        joints={"a": CLAMPS["a"]},
         loads={
             "rubber": fb.loads.Bushing("b", "rod.end", (1.0, 1.0, 1.0)),
             "heat": fb.loads.FreeStrain("rod", 1e-4),
@@ -440,8 +452,8 @@ def test_drawings_show_tables_bushings_and_heat():
     assert {"rubber, motor", "heat, sun", "jack"} <= texts
 
 
-@pytest.mark.parametrize("held", [False, True])
-def test_a_strip_that_is_straight_by_nature_may_be_drawn_bent(held):
+@pytest.mark.parametrize("second_clamp", [False, True])
+def test_a_strip_that_is_straight_by_nature_may_be_drawn_bent(second_clamp):
     """It straightens, or keeps the arc of 2 1/m in which both ends are clamped, with EI/R = 20."""
     strip = fb.Cable(
         length=1.0, mass_per_length=1.0, axial_stiffness=1e6, bending_stiffness=10.0, elements=8,
@@ -449,7 +461,7 @@ def test_a_strip_that_is_straight_by_nature_may_be_drawn_bent(held):
     )  # fmt: skip
     end = np.sin(2.0) / 2, (1 - np.cos(2.0)) / 2
     clamps = {"a": fb.Weld("b.start", (0.0, 0.0))}
-    clamps |= {"e": fb.Weld("b.end", end, angle=2.0)} if held else {}
+    clamps |= {"e": fb.Weld("b.end", end, angle=2.0)} if second_clamp else {}
     rest = fb.equilibrium(
         fb.Mechanism(
             bodies={"b": strip},
@@ -458,6 +470,6 @@ def test_a_strip_that_is_straight_by_nature_may_be_drawn_bent(held):
             sensors={"p": fb.Position("b.end"), "M": fb.SectionForces("b", "middle")},
         )
     )
-    place, moment = (end, 20.0) if held else ((1.0, 0.0), 0.0)
+    place, moment = (end, 20.0) if second_clamp else ((1.0, 0.0), 0.0)
     np.testing.assert_allclose(rest.sel(output=["p_X", "p_Y"]), place, atol=2e-6)
     assert rest.sel(output="M_M") == pytest.approx(moment, abs=1e-6)

@@ -19,7 +19,7 @@ factor = 2.0
 table = np.ones(3)
 
 
-def pushed(law, forces=FORCES):
+def mass_with_law(law, forces=FORCES):
     """A mass of 1 kg that a law pushes with the force p[0]."""
     push = fb.ForceLaw(["m"], law, (forces,))
     return fb.Mechanism(
@@ -76,21 +76,21 @@ FAILURES = [
 @pytest.mark.parametrize(("law", "time", "reason"), FAILURES)
 def test_a_law_that_fails_fails_its_sample_with_the_reason(law, time, reason):
     entry_of(np.ones(1), 0)  # compiled before, without checks
-    with pytest.raises((fb.errors.AssemblyError, fb.errors.SimulationError)) as found:
-        fb.simulate(pushed(law), duration=1.0, step=0.01)
-    assert set(found.value.failures) == {BAD}
-    when, text = found.value.failures[BAD]
-    assert when == pytest.approx(time, abs=0.011)
+    with pytest.raises((fb.errors.AssemblyError, fb.errors.SimulationError)) as error:
+        fb.simulate(mass_with_law(law), duration=1.0, step=0.01)
+    assert set(error.value.failures) == {BAD}
+    failure_time, text = error.value.failures[BAD]
+    assert failure_time == pytest.approx(time, abs=0.011)
     assert text.startswith(f"the law of load 'push' {reason}")
 
 
 def test_the_neighbours_of_a_sample_that_fails_are_right():
     times = np.linspace(0.0, 1.0, 101)
-    batch = run_samples(assemble(pushed(raises)), times, fb.GeneralizedAlpha())
-    others = np.delete(np.arange(20), BAD)
-    exact = 0.5 * FORCES[others, None] * times**2
-    np.testing.assert_allclose(batch.outputs[others, 0], exact, rtol=0, atol=1e-11)
-    assert not batch.failures[others, 0].any()
+    batch = run_samples(assemble(mass_with_law(raises)), times, fb.GeneralizedAlpha())
+    neighbours = np.delete(np.arange(20), BAD)
+    exact = 0.5 * FORCES[neighbours, None] * times**2
+    np.testing.assert_allclose(batch.outputs[neighbours, 0], exact, rtol=0, atol=1e-11)
+    assert not batch.failures[neighbours, 0].any()
 
 
 @pytest.mark.parametrize(
@@ -106,7 +106,7 @@ def test_every_solver_reports_a_law_that_fails(solve):
     with pytest.raises(
         fb.errors.AssemblyError, match=r"sample 3.*the law of load 'push' is not finite"
     ):
-        solve(pushed(infinite, forces))
+        solve(mass_with_law(infinite, forces))
 
 
 def returns_a_number(t, x, v, p, force):
@@ -142,12 +142,12 @@ def test_a_law_that_cannot_run_is_refused(law, message):
         fb.ForceLaw(["m"], law, (1.0,))
 
 
-def scaled(t, x, v, p, force):
+def scaled_force(t, x, v, p, force):
     force[0, 0] = factor * table[1] * p[0]
 
 
 def test_a_law_whose_globals_change_is_compiled_anew(monkeypatch):
-    mechanism = pushed(scaled, 1.0)
+    mechanism = mass_with_law(scaled_force, 1.0)
 
     def force():
         return float(fb.simulate(mechanism, duration=0.1, step=0.1).sel(output="a_X")[-1])
@@ -162,24 +162,24 @@ def test_a_law_whose_globals_change_is_compiled_anew(monkeypatch):
 
 
 def test_the_same_law_made_again_is_compiled_once():
-    def made(size):
+    def build_law(size):
         def law(t, x, v, p, force):
             force[0, 0] = size
 
         return law
 
     count = len(compiled_laws._laws)
-    first = compiled_law(made(1.0), LawShape(1, 0))
+    first = compiled_law(build_law(1.0), LawShape(1, 0))
     for _ in range(50):
-        assert compiled_law(made(1.0), LawShape(1, 0)) is first
+        assert compiled_law(build_law(1.0), LawShape(1, 0)) is first
     assert len(compiled_laws._laws) == count + 1
-    assert compiled_law(made(2.0), LawShape(1, 0)) is not first
+    assert compiled_law(build_law(2.0), LawShape(1, 0)) is not first
 
 
 def test_many_laws_are_warned_of():
-    many = len(compiled_laws._laws) + 1
+    count = len(compiled_laws._laws) + 1
     with pytest.warns(fb.errors.FlexbandWarning, match="should be parameters of a ForceLaw"):
-        compiled_law(lambda t, x, v, p, force: None, LawShape(2, 0), many=many)
+        compiled_law(lambda t, x, v, p, force: None, LawShape(2, 0), many=count)
 
 
 def fills_its_gap(t, x, v, p, force, mode, gap):
@@ -196,8 +196,8 @@ def test_gap_that_a_law_leaves_is_zero():
         "a": fb.ForceLaw(["m"], fills_its_gap, (0.5,), events=["time"]),
         "b": fb.ForceLaw(["m"], leaves_its_gap, events=["none"]),
     }
-    alone = fb.Mechanism(
+    mechanism = fb.Mechanism(
         bodies={"m": fb.PointMass(mass=1.0)}, loads=loads, sensors={"a": fb.Acceleration("m")}
     )
-    motion = fb.simulate(alone, duration=1.0, step=0.1).sel(output="a_X")
+    motion = fb.simulate(mechanism, duration=1.0, step=0.1).sel(output="a_X")
     assert np.ptp(motion.values) == 0.0

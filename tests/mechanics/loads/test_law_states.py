@@ -73,20 +73,20 @@ def test_states_converge_with_the_square_of_the_step():
 def pid(t, x, v, s, p, force, rate):
     """A controller whose integral leaks by p[4] s³ and whose moment stays below p[5]."""
     rate[0] = p[0] - x[0, 2] - p[4] * s[0] ** 3
-    force[0, 2] = saturated(p[1] * (p[0] - x[0, 2]) + p[2] * s[0] - p[3] * v[0, 2], p[5])
+    force[0, 2] = saturate(p[1] * (p[0] - x[0, 2]) + p[2] * s[0] - p[3] * v[0, 2], p[5])
 
 
 @njit
-def saturated(moment, most):
-    return most * np.tanh(moment / most)
+def saturate(moment, limit):
+    return limit * np.tanh(moment / limit)
 
 
-def controlled_arm(target=0.3, leak=0.0, most=1e9):
+def controlled_arm(target=0.3, leak=0.0, limit=1e9):
     return fb.Mechanism(
         bodies={"arm": fb.RigidBody.bar(**ARM)},
         joints={"pin": fb.Revolute("arm.start", (0.0, 0.0))},
         loads={"gravity": fb.Gravity(),
-               "pid": fb.ForceLaw(["arm"], pid, (target, 20.0, 30.0, 3.0, leak, most),
+               "pid": fb.ForceLaw(["arm"], pid, (target, 20.0, 30.0, 3.0, leak, limit),
                                   states={"i": 0.0})},
         sensors={"phi": fb.Angle("arm"), "i": fb.LawState("pid", "i", "rad s"),
                  "work": fb.Work("pid"), "T": fb.KineticEnergy(), "V": fb.PotentialEnergy()},
@@ -123,10 +123,10 @@ def test_modes_of_a_mass_with_a_first_order_force_are_exact():
     exact = np.linalg.eigvals(system(100.0, 0.05))
     exact = exact[exact.imag >= 0][np.argsort(np.abs(exact[exact.imag >= 0]))]
     small = fb.modes(follower(), 10, about="start")
-    moving = small.isel(mode=np.abs(small["eigenvalue"].values) > 0)
-    np.testing.assert_allclose(moving["eigenvalue"], exact, rtol=1e-7)
-    np.testing.assert_array_equal(moving["unstable"], exact.real > 0)
-    shape = moving["shape"].sel(output="s") / moving["shape"].sel(output="x_X")
+    moving_modes = small.isel(mode=np.abs(small["eigenvalue"].values) > 0)
+    np.testing.assert_allclose(moving_modes["eigenvalue"], exact, rtol=1e-7)
+    np.testing.assert_array_equal(moving_modes["unstable"], exact.real > 0)
+    shape = moving_modes["shape"].sel(output="s") / moving_modes["shape"].sel(output="x_X")
     np.testing.assert_allclose(shape, 100.0 / (1 + 0.05 * exact), rtol=1e-5)
 
 
@@ -177,8 +177,8 @@ def test_a_hydraulic_cylinder_moves_as_scipy_has_it():
     exact = solve_ivp(rates, (0, 0.2), [0.5, 0.0, 3e6, 3e6], **options).y[:, -1]
     motion = fb.simulate(cylinder(), duration=0.2, step=2e-5, integrator=FINE)
     scale = [0.1, 1e7, 1e7]
-    off = (last(motion, "x_X", "a", "b") - exact[[0, 2, 3]]) / scale
-    assert np.abs(off).max() < 1e-6
+    deviation = (last(motion, "x_X", "a", "b") - exact[[0, 2, 3]]) / scale
+    assert np.abs(deviation).max() < 1e-6
 
 
 def lugre(t, x, v, s, p, force, rate):
@@ -232,8 +232,8 @@ def test_stick_slip_is_right_at_the_default_tolerance_of_steps():
                "drag": fb.Force("m", x=lambda t: 2.0 * 0.1 * t)},
         sensors={"x": fb.Position("m")},
     )  # fmt: skip
-    free = fb.GeneralizedAlpha(step_tolerance=1e-7)
-    motion = fb.simulate(model, duration=25.0, step=0.05, integrator=free).sel(output="x_X")
+    integrator = fb.GeneralizedAlpha(step_tolerance=1e-7)
+    motion = fb.simulate(model, duration=25.0, step=0.05, integrator=integrator).sel(output="x_X")
     options = {"method": "Radau", "rtol": 1e-10, "atol": 1e-13, "t_eval": motion.time.values}
     exact = solve_ivp(rates, (0, 25.0), np.zeros(3), **options).y[0]
     assert exact[-1] == pytest.approx(1.9088392, abs=2e-6)
@@ -245,17 +245,17 @@ def test_stick_slip_is_right_at_the_default_tolerance_of_steps():
 def test_a_state_that_begins_at_zero_is_judged_by_the_size_it_gets(size, time):
     """A filter of a cosine moves a mass."""
 
-    def filtered(t, x, v, s, p, force, rate):
+    def filter_force(t, x, v, s, p, force, rate):
         rate[0] = (p[0] * np.cos(3.0 * t) - s[0]) / p[1]
         force[0, 0] = s[0] / p[0]
 
     model = fb.Mechanism(
         bodies={"m": fb.PointMass(mass=1.0)},
-        loads={"f": fb.ForceLaw(["m"], filtered, [size, time], states={"s": 0.0})},
+        loads={"f": fb.ForceLaw(["m"], filter_force, [size, time], states={"s": 0.0})},
         sensors={"s": fb.LawState("f", "s", "V")},
     )
-    free = fb.GeneralizedAlpha(step_tolerance=1e-7)
-    motion = fb.simulate(model, duration=5.0, step=0.01, integrator=free).sel(output="s")
+    integrator = fb.GeneralizedAlpha(step_tolerance=1e-7)
+    motion = fb.simulate(model, duration=5.0, step=0.01, integrator=integrator).sel(output="s")
     t, phase = motion.time.values, np.arctan(3.0 * time)
     exact = np.cos(3.0 * t - phase) - np.cos(phase) * np.exp(-t / time)
     exact *= size / np.hypot(1.0, 3.0 * time)
@@ -274,7 +274,7 @@ def test_a_state_of_a_million_per_second_follows_at_once(start):
     assert s[0] == pytest.approx(expected, rel=1e-12)
 
 
-def filtered(t, x, v, s, p, force, rate):
+def filter_force(t, x, v, s, p, force, rate):
     """A force that follows p[0] with the time constant p[1]."""
     rate[0] = (p[0] - s[0]) / p[1]
     force[0, 1] = s[0]
@@ -286,7 +286,7 @@ def test_states_are_of_second_order_across_a_jump(at):
     step = fb.table([0, at, at, 2], [0.0, 0.0, 1.0, 1.0])
     model = fb.Mechanism(
         bodies={"m": fb.PointMass(mass=1.0)},
-        loads={"f": fb.ForceLaw(["m"], filtered, (step, 0.05), states={"s": 0.0})},
+        loads={"f": fb.ForceLaw(["m"], filter_force, (step, 0.05), states={"s": 0.0})},
         sensors={"s": fb.LawState("f", "s")},
     )  # fmt: skip
     exact = 1 - np.exp(-(0.5 - at) / 0.05)
@@ -300,15 +300,15 @@ def test_states_are_of_second_order_across_a_jump(at):
 def test_a_sample_does_not_depend_on_its_neighbours():
     """The controller is not linear: states have iterations of their own."""
 
-    def moved(target):
+    def values_of(target):
         return fb.simulate(controlled_arm(target, 50.0, 15.0), duration=0.2, step=2e-3).values
 
     targets = 0.3 + 0.1 * np.arange(11)
-    together = moved(targets)
+    batch = values_of(targets)
     order = np.random.default_rng(0).permutation(11)
-    np.testing.assert_array_equal(moved(targets[order]), together[order])
+    np.testing.assert_array_equal(values_of(targets[order]), batch[order])
     for k in (0, 4, 10):
-        np.testing.assert_array_equal(moved(targets[k]), together[k])
+        np.testing.assert_array_equal(values_of(targets[k]), batch[k])
 
 
 def test_states_of_laws_on_beams_and_their_discretization_error():
@@ -318,7 +318,7 @@ def test_states_of_laws_on_beams_and_their_discretization_error():
     model = fb.Mechanism(
         bodies={"b": beam},
         joints={"clamp": fb.Weld("b.start", (0.0, 0.0))},
-        loads={"f": fb.ForceLaw(["b.end"], filtered, (20.0, 0.01), states={"s": 0.0})},
+        loads={"f": fb.ForceLaw(["b.end"], filter_force, (20.0, 0.01), states={"s": 0.0})},
         sensors={"tip": fb.Position("b.end"), "s": fb.LawState("f", "s", "N")},
     )
     grid = {"duration": 0.05, "step": 2.5e-4}
@@ -350,8 +350,8 @@ def test_a_line_between_two_points_pulls_and_turns_as_a_spring_does():
     lines = double_pendulum({
         "law": fb.ForceLaw(["a.end", (0.1, 0.5), "a", "b"], springs, between=[(0, 1), (2, 3)])
     })  # fmt: skip
-    expected, computed = (fb.simulate(model, **grid).values for model in (spring, lines))
-    np.testing.assert_allclose(computed, expected, rtol=0, atol=1e-9)
+    expected, line_values = (fb.simulate(model, **grid).values for model in (spring, lines))
+    np.testing.assert_allclose(line_values, expected, rtol=0, atol=1e-9)
 
 
 def springs(t, x, v, p, force):
@@ -443,7 +443,7 @@ def test_a_state_that_fades_rests_at_zero(first):
         joints={"pin": fb.Revolute("bar", (0.0, 0.0))},
         loads={
             "spring": fb.TorsionSpring("bar", (0.0, 0.0), stiffness=10.0),
-            "law": fb.ForceLaw(["bar.tip"], filtered, (0.0, 1.0), states={"s": first}),
+            "law": fb.ForceLaw(["bar.tip"], filter_force, (0.0, 1.0), states={"s": first}),
         },
         sensors={"s": fb.LawState("law", "s"), "tip": fb.Position("bar.tip")},
     )

@@ -127,17 +127,17 @@ def test_distributed_load_may_grow_with_time():
 
 
 def test_spring_is_relaxed_at_the_start_unless_told():
-    still = fb.simulate(slider_crank(angle=lambda t: 0.0), duration=0.05, step=1e-3)
-    assert np.abs(still.sel(output=["F_X", "F_Y"])).max() < 1e-6
+    motion = fb.simulate(slider_crank(angle=lambda t: 0.0), duration=0.05, step=1e-3)
+    assert np.abs(motion.sel(output=["F_X", "F_Y"])).max() < 1e-6
 
 
 def test_a_spring_may_pass_through_length_zero():
-    hung = fb.Mechanism(
+    mechanism = fb.Mechanism(
         bodies={"a": block()},
         loads={"spring": fb.Spring("a", (0.0, 0.0), 10.0, rest_length=0.0), "g": fb.Gravity()},
         sensors={"a": fb.Position("a")},
     )
-    motion = fb.simulate(hung, duration=1.0, step=1e-3)  # k = 10 N/m, m = 1 kg
+    motion = fb.simulate(mechanism, duration=1.0, step=1e-3)  # k = 10 N/m, m = 1 kg
     exact = 0.981 * (np.cos(np.sqrt(10.0) * motion.time) - 1)
     np.testing.assert_allclose(motion.sel(output="a_Y"), exact, atol=1e-5)
 
@@ -168,12 +168,12 @@ def test_a_torsion_pendulum():
     rate = np.gradient(exact, t, axis=1, edge_order=2)
     np.testing.assert_allclose(moment, -k[:, None] * exact - d * rate, atol=2e-3)
     np.testing.assert_allclose(motion.sel(output="E"), 0.5 * k[:, None] * angle**2, atol=1e-9)
-    undamped = fb.Mechanism(
+    undamped_pendulum = fb.Mechanism(
         bodies=model.bodies, joints=model.joints, sensors=model.sensors,
         loads={"t": fb.TorsionSpring("w", (0.0, 0.0), stiffness=k, rest_angle=0.0)},
     )  # fmt: skip
-    found = fb.modes(undamped, 1)["frequency"][:, 0]
-    np.testing.assert_allclose(found, np.sqrt(k / J) / (2 * np.pi), rtol=1e-7)
+    frequencies = fb.modes(undamped_pendulum, 1)["frequency"][:, 0]
+    np.testing.assert_allclose(frequencies, np.sqrt(k / J) / (2 * np.pi), rtol=1e-7)
 
 
 def test_a_torsion_spring_counts_turns_and_a_motor_winds_it_up():
@@ -204,9 +204,9 @@ def test_friction_in_a_guide_and_in_a_pin():
     J = 0.5
     d = np.array([0.8, 3.0])
     block = fb.RigidBody(mass=m, inertia=1.0, velocity=(1.5, 0.0))
-    spun = wheel(inertia=J, position=(0.0, 1.0), rate=4.0)
+    rotor = wheel(inertia=J, position=(0.0, 1.0), rate=4.0)
     model = fb.Mechanism(
-        bodies={"b": block, "w": spun},
+        bodies={"b": block, "w": rotor},
         joints={"guide": fb.Prismatic("b", (0.0, 0.0)), "pin": fb.Revolute("w", (0.0, 1.0))},
         loads={
             "f": fb.ViscousFriction("b", (0.0, 0.0), d),
@@ -256,16 +256,16 @@ def test_a_law_on_a_beam_is_the_load_that_it_stands_for():
         )
 
     law = fb.ForceLaw([(0.5, 0.3), "b.0.3"], spring_and_moment, (4.0, 0.01))
-    plain = {
+    springs = {
         "s": fb.Spring((0.5, 0.3), "b.0.3", 4.0, rest_length=0.0),
         "t": fb.TorsionSpring("b.0.3", (0.0, 0.0), 0.01, rest_angle=0.0),
     }
-    own = fb.simulate(model({"law": law}), duration=0.3, step=1e-3)
-    same = fb.simulate(model(plain), duration=0.3, step=1e-3)
-    assert np.ptp(same.values, axis=1).min() > 0.01
-    np.testing.assert_allclose(own, same, atol=1e-7)
+    law_motion = fb.simulate(model({"law": law}), duration=0.3, step=1e-3)
+    spring_motion = fb.simulate(model(springs), duration=0.3, step=1e-3)
+    assert np.ptp(spring_motion.values, axis=1).min() > 0.01
+    np.testing.assert_allclose(law_motion, spring_motion, atol=1e-7)
     np.testing.assert_allclose(
-        fb.equilibrium(model({"law": law})), fb.equilibrium(model(plain)), atol=1e-7
+        fb.equilibrium(model({"law": law})), fb.equilibrium(model(springs)), atol=1e-7
     )
 
 
@@ -322,9 +322,9 @@ def test_a_load_that_crosses_a_bridge_is_shared_by_its_nodes():
         loads=loads,
         sensors={"m": fb.Position("b.middle")},
     )
-    found = fb.simulate(model, duration=1.0, step=2e-3).sel(output="m_Y")
+    deflection = fb.simulate(model, duration=1.0, step=2e-3).sel(output="m_Y")
     j = np.pi * np.arange(1, 40)[:, None]
-    t = found.time.values
+    t = deflection.time.values
     parts = (np.sin(j * t) - np.sin(j**2 * t) / j) / (j**4 - j**2)
     exact = -2 * P * (np.sin(j / 2) * parts).sum(axis=0)
-    np.testing.assert_allclose(found, exact, atol=6e-3 * np.abs(exact).max())
+    np.testing.assert_allclose(deflection, exact, atol=6e-3 * np.abs(exact).max())

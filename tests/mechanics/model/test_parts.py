@@ -35,8 +35,8 @@ def test_a_mechanism_keeps_copies():
         mechanism.bodies["bar"] = MASS
     with pytest.raises(ValueError, match="read-only"):
         mechanism.loads["push"].x[:] = 0.0
-    for other in (copy.deepcopy(mechanism), pickle.loads(pickle.dumps(mechanism))):
-        np.testing.assert_array_equal(fall(other), before)
+    for duplicate in (copy.deepcopy(mechanism), pickle.loads(pickle.dumps(mechanism))):
+        np.testing.assert_array_equal(fall(duplicate), before)
 
 
 def test_an_array_that_was_changed_before_is_checked_again():
@@ -92,29 +92,33 @@ class AnyBody(Body):
         return PlanarFrame.of_rigid_node(first + 5)
 
 
-FAR = Form.variable(1000)
-NEAR = Form.variable(1)
-BELOW = Form({(-3, 1, None): np.ones(())})
+MISSING_ROW = Form.variable(1000)
+FIRST_ROW = Form.variable(1)
+NEGATIVE_ROW = Form({(-3, 1, None): np.ones(())})
 UNIT = {(0, 0): np.ones(()), (1, 1): np.ones(())}
 
 
 @pytest.mark.parametrize(
     ("kinds", "part", "text"),
     [
-        ("loads", AnyLoad(Entries(forces={1000: NEAR})), "load 'a': forces must act on"),
-        ("loads", AnyLoad(Entries(forces={1: FAR})), "load 'a': forces must be of rows"),
-        ("loads", AnyLoad(Entries(forces={1: BELOW})), "load 'a': forces must be of rows"),
-        ("loads", AnyLoad(Entries(potential=FAR)), "load 'a': the potential must be of rows"),
+        ("loads", AnyLoad(Entries(forces={1000: FIRST_ROW})), "load 'a': forces must act on"),
+        ("loads", AnyLoad(Entries(forces={1: MISSING_ROW})), "load 'a': forces must be of rows"),
+        ("loads", AnyLoad(Entries(forces={1: NEGATIVE_ROW})), "load 'a': forces must be of rows"),
+        (
+            "loads",
+            AnyLoad(Entries(potential=MISSING_ROW)),
+            "load 'a': the potential must be of rows",
+        ),
         ("loads", AnyLoad(None), "load 'a': what it enters must be Entries"),
         (
             "loads",
-            AnyLoad(Entries(springs=[SpringEntry(FAR, 1.0, 1.0, 0.0, 0.0, Form({}))])),
+            AnyLoad(Entries(springs=[SpringEntry(MISSING_ROW, 1.0, 1.0, 0.0, 0.0, Form({}))])),
             "load 'a': the elongation of a spring must be of rows",
         ),
-        ("sensors", AnySensor([NEAR, FAR]), "sensor 'a': rows must be of rows"),
+        ("sensors", AnySensor([FIRST_ROW, MISSING_ROW]), "sensor 'a': rows must be of rows"),
         ("sensors", AnySensor([1.0]), "sensor 'a': rows must be a Form"),
         ("sensors", AnySensor(None), "sensor 'a': rows must be a list of forms"),
-        ("joints", AnyJoint([FAR]), "joint 'a': constraints must be of rows 0 to 2 of z"),
+        ("joints", AnyJoint([MISSING_ROW]), "joint 'a': constraints must be of rows 0 to 2 of z"),
         ("joints", AnyJoint([Form({(0, 1, None): np.array("x")})]), "coefficients of constraints"),
         ("bodies", AnyBody({(0, 5): np.ones(())}), "body 'a': mass_entries must be"),
         ("bodies", AnyBody(UNIT, count=3), "body 'a': coordinates must return 2 values; got 3"),
@@ -133,7 +137,7 @@ def test_wrong_rows_and_points_are_refused_by_name(kinds, part, text):
 
 
 def test_outputs_of_the_wrong_shape_are_refused():
-    mechanism = fb.Mechanism(bodies={"m": MASS}, sensors={"a": AnySensor([NEAR])})
+    mechanism = fb.Mechanism(bodies={"m": MASS}, sensors={"a": AnySensor([FIRST_ROW])})
     with pytest.raises(
         fb.errors.InputError, match=r"sensor 'a': derive must return shape .*\(2, 3, 8\)"
     ):

@@ -20,9 +20,9 @@ def test_turns_axes_and_spins_belong_together(components):
     turn = rng.normal(size=(len(PLANES[components]), 4))
     axes = rotation(turn).transpose(1, 0, 2)[: 1 if components == 2 else 3]
     size = np.linalg.norm(turn, axis=0)
-    unturned = np.broadcast_to(np.eye(components)[: len(axes), :, None], axes.shape)
+    unit_axes = np.broadcast_to(np.eye(components)[: len(axes), :, None], axes.shape)
     np.testing.assert_allclose(
-        turn_between(unturned, axes), np.pi - np.abs(size % (2 * np.pi) - np.pi), rtol=1e-12
+        turn_between(unit_axes, axes), np.pi - np.abs(size % (2 * np.pi) - np.pi), rtol=1e-12
     )
     small = rotation(1e-7 * turn)
     rates = (np.einsum("ijs,ajs->ais", small, axes) - axes) / 1e-7

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import flexband as fb
-from tests.mechanics.engine.test_free_steps import chosen
+from tests.mechanics.engine.test_free_steps import integrator_of
 from tests.mechanics.sensors.test_extremes import W, oscillator
 
 PLACE = fb.Position("m")
@@ -20,7 +20,7 @@ def exact(first, last):
 
 
 @pytest.mark.parametrize(
-    ("options", "atol"), [({"substeps": 40}, 5e-5), ({"integrator": chosen(1e-9)}, 3e-6)]
+    ("options", "atol"), [({"substeps": 40}, 5e-5), ({"integrator": integrator_of(1e-9)}, 3e-6)]
 )
 def test_the_means_of_a_vibration_between_the_times_of_the_result(options, atol):
     model = oscillator(
@@ -67,10 +67,10 @@ def test_the_mean_of_a_force_that_jumps_within_a_step(masses):
     before = np.maximum(np.maximum(t - 0.02, 0.0) - 0.033, 0.0)
     mean = (speed - before) / np.minimum(t, 0.02)
     forces = 2.0 / np.atleast_1d(masses)
-    found = np.atleast_2d(motion.sel(output="a_X").values)
-    np.testing.assert_allclose(found[:, 1:], forces[:, None] * mean, atol=2e-4)
-    late = np.atleast_2d(motion.sel(output="b_X").values)
-    np.testing.assert_allclose(late, np.tile(forces[:, None] * 0.9, 11), atol=2e-4)
+    means = np.atleast_2d(motion.sel(output="a_X").values)
+    np.testing.assert_allclose(means[:, 1:], forces[:, None] * mean, atol=2e-4)
+    window_means = np.atleast_2d(motion.sel(output="b_X").values)
+    np.testing.assert_allclose(window_means, np.tile(forces[:, None] * 0.9, 11), atol=2e-4)
 
 
 def test_the_mean_of_a_reaction_is_that_of_a_turning_force():
@@ -105,14 +105,14 @@ def test_the_mean_of_a_reaction_is_that_of_a_turning_force():
 
     def mean(first, last):
         angles = speed * first, speed * last
-        turned = angles[1] - angles[0]
-        along_x = -size * (np.sin(angles[1]) - np.sin(angles[0])) / turned
-        return along_x, mass * 9.81 + size * (np.cos(angles[1]) - np.cos(angles[0])) / turned
+        turn = angles[1] - angles[0]
+        along_x = -size * (np.sin(angles[1]) - np.sin(angles[0])) / turn
+        return along_x, mass * 9.81 + size * (np.cos(angles[1]) - np.cos(angles[0])) / turn
 
     for name, expected in (("F", mean(first, t)), ("whole", mean(0.05, 0.2))):
         for axis, values in zip("XY", expected, strict=True):
-            found = motion.sel(output=f"{name}_{axis}").values[1:]
-            np.testing.assert_allclose(found, np.broadcast_to(values, t.shape), atol=1e-4 * size)
+            means = motion.sel(output=f"{name}_{axis}").values[1:]
+            np.testing.assert_allclose(means, np.broadcast_to(values, t.shape), atol=1e-4 * size)
     largest = motion.sel(output="most_Y").values[-1]
     assert largest == pytest.approx(mass * 9.81 + size, rel=1e-4)
     in_body = {"F": Average(fb.Reaction("pin", axes="body"), 0.1)}
@@ -121,7 +121,7 @@ def test_the_mean_of_a_reaction_is_that_of_a_turning_force():
 
 
 def test_the_band_of_an_averaged_output_is_that_of_the_average():
-    def moved(speed):
+    def moving_mass(speed):
         mechanism = fb.Mechanism(
             bodies={"m": fb.PointMass(mass=1.0, velocity=(speed, 0.0))},
             sensors={
@@ -131,7 +131,7 @@ def test_the_band_of_an_averaged_output_is_that_of_the_average():
         )
         return mechanism
 
-    response = fb.dynamic_response(moved, duration=0.4, step=0.05)
+    response = fb.dynamic_response(moving_mass, duration=0.4, step=0.05)
     bands = fb.propagate(response, {"speed": fb.Interval(1.0, 3.0)}, fb.PCCI(0, 2))
     np.testing.assert_allclose(
         bands["mean"].sel(output="mean_X"), [[0.2] * 9, [0.6] * 9], rtol=1e-9

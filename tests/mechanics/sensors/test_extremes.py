@@ -7,7 +7,7 @@ import pytest
 
 import flexband as fb
 from flexband.sensors import Integral, Largest, Smallest
-from tests.mechanics.engine.test_free_steps import STIFFNESS, G, bounces, chosen
+from tests.mechanics.engine.test_free_steps import STIFFNESS, G, bounces, integrator_of
 
 W = 10.0
 
@@ -22,7 +22,7 @@ def oscillator(**sensors):
     )
 
 
-@pytest.mark.parametrize("options", [{"substeps": 40}, {"integrator": chosen(1e-9)}])
+@pytest.mark.parametrize("options", [{"substeps": 40}, {"integrator": integrator_of(1e-9)}])
 def test_extremes_and_integrals_of_a_vibration_between_the_times_of_the_result(options):
     place = fb.Position("m")
     model = oscillator(
@@ -37,12 +37,12 @@ def test_extremes_and_integrals_of_a_vibration_between_the_times_of_the_result(o
     np.testing.assert_allclose(values("most_X"), [1.0, 1.1, 1.1, 1.1, 1.1], atol=1e-4)
     np.testing.assert_allclose(values("least_X"), [1.0, 1.0, 0.924, 0.9, 0.9], atol=1e-3)
     assert np.isnan(values("late_X")[:2]).all()
-    late = 1 + 0.1 * np.sin(W * 0.35)
-    np.testing.assert_allclose(values("late_X")[2:], late, atol=2e-3)
+    expected = 1 + 0.1 * np.sin(W * 0.35)
+    np.testing.assert_allclose(values("late_X")[2:], expected, atol=2e-3)
     t = motion["time"].values
     np.testing.assert_allclose(values("sum_X"), t + 0.01 * (1 - np.cos(W * t)), atol=5e-5)
-    moved = 0.1 * (np.sin(W * np.clip(t, 0.05, 0.25)) - np.sin(W * 0.05))
-    np.testing.assert_allclose(values("part_X"), moved, atol=1e-4)
+    displacement = 0.1 * (np.sin(W * np.clip(t, 0.05, 0.25)) - np.sin(W * 0.05))
+    np.testing.assert_allclose(values("part_X"), displacement, atol=1e-4)
     assert str(motion.sel(output="sum_X")["unit"].values) == "m s"
 
 
@@ -55,17 +55,17 @@ def test_the_largest_penetration_and_the_impulse_of_an_impact_within_a_step():
                  "most": Largest(fb.Acceleration("ball")),
                  "turn": Integral(fb.Acceleration("ball"))},
     )  # fmt: skip
-    integrator = chosen(1e-9, spectral_radius=0.9)
+    integrator = integrator_of(1e-9, spectral_radius=0.9)
     motion = fb.simulate(model, duration=0.2, step=0.2, integrator=integrator)
     speed = np.sqrt(0.2 * G)
     w = np.sqrt(STIFFNESS)
     depth = G / w**2 + np.hypot(G / w**2, speed / w)
-    low, most, turn = motion.sel(output=["low_Y", "most_Y", "turn_Y"]).values[:, -1]
-    assert low == pytest.approx(-depth, rel=1e-3)
-    assert most == pytest.approx(w**2 * depth - G, rel=1e-3)
+    lowest, largest, turn = motion.sel(output=["low_Y", "most_Y", "turn_Y"]).values[:, -1]
+    assert lowest == pytest.approx(-depth, rel=1e-3)
+    assert largest == pytest.approx(w**2 * depth - G, rel=1e-3)
     contact = 2 * (np.pi - np.arctan(speed * w / G)) / w
-    after = speed - G * (0.2 - speed / G - contact)
-    assert turn == pytest.approx(after, rel=1e-3)
+    final_speed = speed - G * (0.2 - speed / G - contact)
+    assert turn == pytest.approx(final_speed, rel=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -49,7 +49,7 @@ def test_section_forces_are_those_of_statics(kind, place):
     assert float(M) == pytest.approx(P * (L - x), rel=1e-3)
 
 
-def bent_by(force, shear, EA, EI, kGA):
+def axial_force_of(force, shear, EA, EI, kGA):
     """Return the axial force along Reissner's cantilever of length 1 under a force across its end.
 
     φ′ = M/EI and M′ = −r₀′ × F, with φ = 0 at the clamp and M = 0 at the end.
@@ -64,10 +64,10 @@ def bent_by(force, shear, EA, EI, kGA):
 
     s = np.linspace(0, 1, 41)
     guess = np.stack([force / EI * s * (2 - s) / 4, force * (1 - s)])
-    found = solve_bvp(
+    solution = solve_bvp(
         rates, lambda a, b: np.array([a[0], b[1]]), s, guess, tol=1e-9, max_nodes=9999
     )
-    return lambda s: force * np.sin(found.sol(s)[0])
+    return lambda s: force * np.sin(solution.sol(s)[0])
 
 
 @pytest.mark.filterwarnings("ignore::flexband.errors.StrainWarning")
@@ -101,9 +101,11 @@ def test_axial_force_under_shear_is_that_of_reissners_beam(load, slenderness, ki
         loads={"P": fb.Force("b.end", y=force)},
         sensors={f"{s}": fb.SectionForces("b", f"{s}") for s in places},
     )
-    found = fb.equilibrium(mechanism, steps=4)
-    N = [float(found.sel(output=f"{s}_N")) for s in places]
-    exact = bent_by(force, float(kind == "beam"), EA, EI, k * E / (2 * (1 + nu)) * height * width)
+    rest = fb.equilibrium(mechanism, steps=4)
+    N = [float(rest.sel(output=f"{s}_N")) for s in places]
+    exact = axial_force_of(
+        force, float(kind == "beam"), EA, EI, k * E / (2 * (1 + nu)) * height * width
+    )
     np.testing.assert_allclose(N, exact(np.array(places)), rtol=0, atol=5e-3 * force)
 
 
@@ -118,22 +120,22 @@ def test_stress_and_strain_of_tension(integration):
         {"E": fb.Strain("b", "0.3", y=0.3 * h), "S": fb.Stress("b", y=-h / 2)},
         integration=integration,
     )
-    found = fb.equilibrium(model)
+    rest = fb.equilibrium(model)
     strain = F / A / 2.1e11
-    np.testing.assert_allclose(found.sel(output="E_xx"), strain, rtol=1e-4)
-    np.testing.assert_allclose(found.sel(output="E_yy"), -0.3 * strain, rtol=1e-3)
-    np.testing.assert_allclose(found.sel(output="S_xx"), F / A, rtol=1e-3)
-    np.testing.assert_allclose(found.sel(output="S_yy"), 0.0, atol=1e3 / A * 1e-3)
+    np.testing.assert_allclose(rest.sel(output="E_xx"), strain, rtol=1e-4)
+    np.testing.assert_allclose(rest.sel(output="E_yy"), -0.3 * strain, rtol=1e-3)
+    np.testing.assert_allclose(rest.sel(output="S_xx"), F / A, rtol=1e-3)
+    np.testing.assert_allclose(rest.sel(output="S_yy"), 0.0, atol=1e3 / A * 1e-3)
 
 
 def test_stress_of_bending():
     """σ = −M y/I: a force to the left bends the beam to the left and presses its left side."""
     P = 10.0
     sensors = {f"{y:g}": fb.Stress("b", "0.25", y=y * h) for y in (-0.5, 0.25, 0.5)}
-    found = fb.equilibrium(cantilever((0.0, P), sensors))
+    rest = fb.equilibrium(cantilever((0.0, P), sensors))
     for y in (-0.5, 0.25, 0.5):
         exact = -P * 0.75 * L * y * h / second
-        assert float(found.sel(output=f"{y:g}_xx")) == pytest.approx(exact, rel=5e-3)
+        assert float(rest.sel(output=f"{y:g}_xx")) == pytest.approx(exact, rel=5e-3)
 
 
 @pytest.mark.parametrize("place", ["start", "0.3", "middle"])
@@ -143,8 +145,8 @@ def test_stress_follows_from_section_forces(place, y):
     force = (4e3, 200.0)
     sensors = {"s": fb.SectionForces("b", place), "S": fb.Stress("b", place, y)}
     model = cantilever(force, sensors, elements=4, retardation_time=1e-4)
-    for found in (fb.equilibrium(model), fb.simulate(model, duration=5e-3, step=1e-5)):
-        N, M, S = (found.sel(output=name).values for name in ("s_N", "s_M", "S_xx"))
+    for outputs in (fb.equilibrium(model), fb.simulate(model, duration=5e-3, step=1e-5)):
+        N, M, S = (outputs.sel(output=name).values for name in ("s_N", "s_M", "S_xx"))
         assert np.max(np.abs(N)) > 1e3
         assert np.max(np.abs(M)) > 10
         scale = np.max(np.abs(N)) / A + np.max(np.abs(M)) * h / 2 / second
@@ -179,10 +181,8 @@ def test_a_curved_beam_at_rest_has_no_section_forces_and_a_loaded_one_those_of_s
 def test_elastic_energy_is_half_the_work_of_a_small_force(kind):
     P = np.array([0.1, 0.2])
     model = cantilever((0.0, P), {"E": fb.ElasticEnergy(), "tip": fb.Position("b.end")}, kind=kind)
-    found = fb.equilibrium(model)
-    np.testing.assert_allclose(
-        found.sel(output="E"), 0.5 * P * found.sel(output="tip_Y"), rtol=1e-5
-    )
+    rest = fb.equilibrium(model)
+    np.testing.assert_allclose(rest.sel(output="E"), 0.5 * P * rest.sel(output="tip_Y"), rtol=1e-5)
 
 
 @pytest.mark.parametrize("curvature", [0.0, 1.0])
@@ -243,9 +243,9 @@ def test_the_work_of_a_drive_and_of_a_spring_is_what_the_energy_gains():
         model, duration=0.1, step=1e-4, integrator=fb.GeneralizedAlpha(spectral_radius=1.0)
     )
     T, U, W, S, _, length, at_rest = motion.values
-    gained = T + U - T[0] - U[0]
-    assert np.ptp(gained) > 1.0
-    np.testing.assert_allclose(W, gained, atol=2e-3 * np.ptp(gained))
+    energy_change = T + U - T[0] - U[0]
+    assert np.ptp(energy_change) > 1.0
+    np.testing.assert_allclose(W, energy_change, atol=2e-3 * np.ptp(energy_change))
     stretch = length - length[0]
     np.testing.assert_allclose(S, -500.0 * stretch**2, atol=1e-9)
     np.testing.assert_allclose(at_rest, 0.0, atol=1e-9)
@@ -345,14 +345,14 @@ def test_a_deflection_is_positive_to_the_left_of_the_chord():
         model = fb.Mechanism(bodies={"b": body}, joints=joints, loads=loads, sensors=sensors)
         return float(fb.equilibrium(model).squeeze())
 
-    clamped = {"root": fb.Weld("b.start", (0.0, 0.0))}
-    assert deflection(clamped, "b.end", force) == pytest.approx(-unit / 16, rel=3e-3)
-    assert deflection(clamped, "b.end", -force) == pytest.approx(unit / 16, rel=3e-3)
-    pinned = {
+    clamp = {"root": fb.Weld("b.start", (0.0, 0.0))}
+    assert deflection(clamp, "b.end", force) == pytest.approx(-unit / 16, rel=3e-3)
+    assert deflection(clamp, "b.end", -force) == pytest.approx(unit / 16, rel=3e-3)
+    supports = {
         "a": fb.Revolute("b.start", (0.0, 0.0)),
         "b": fb.Slot("b.end", (0.0, 0.0), axis=(1.0, 0.0)),
     }
-    assert deflection(pinned, "b.middle", force) == pytest.approx(unit / 48, rel=3e-3)
+    assert deflection(supports, "b.middle", force) == pytest.approx(unit / 48, rel=3e-3)
 
 
 def slider_crank_with(**sensors):

@@ -95,7 +95,7 @@ def test_reaction_moments_of_drives_and_guides_on_a_stretched_member(kind):
     assert M + x * 9.0 - y * 20.0 == pytest.approx(0.0, abs=1e-9)
 
 
-def driven_along(duration=0.3, step=2.5e-4):
+def motion_along(duration=0.3, step=2.5e-4):
     """A mass that is driven along a cable, which swings and is stretched by 20 % and vibrates."""
     return fb.simulate(
         fb.Mechanism(
@@ -113,7 +113,7 @@ def driven_along(duration=0.3, step=2.5e-4):
 
 
 def test_travel_along_a_stretched_member_is_measured_in_metres():
-    motion = driven_along()
+    motion = motion_along()
     x, y, a, end = values(motion, "m_X", "m_Y", "a", "end_X")
     np.testing.assert_allclose(
         x * np.cos(a) + y * np.sin(a), 0.5 + motion.time.values**2, atol=1e-10

@@ -9,7 +9,7 @@ from flexband.mechanics.time_functions.tabulation import tabulate
 IMPULSE = 500 * 2e-4  # N s
 
 
-def pushed(force, mass=1.0):
+def guided_mass(force, mass=1.0):
     return fb.Mechanism(
         bodies={"p": fb.PointMass(mass=mass)},
         joints={"s": fb.Slot("p", (0.0, 0.0))},
@@ -18,7 +18,7 @@ def pushed(force, mass=1.0):
     )
 
 
-def turned(angle):
+def driven_disc(angle):
     return fb.Mechanism(
         bodies={"d": fb.RigidBody(mass=1.0, inertia=0.02)},
         joints={"h": fb.Revolute("d", (0.0, 0.0)), "m": fb.PrescribedRotation("d", angle)},
@@ -35,7 +35,7 @@ def pulse(start):
 @pytest.mark.parametrize(("h", "error"), [(5e-3, 9e-4), (2.5e-3, 2e-4), (1.25e-3, 5e-5)])
 def test_the_impulse_of_a_short_pulse_is_counted(h, error):
     """The rest is the error of the trapezoidal rule for sin 20t."""
-    motion = fb.simulate(pushed(pulse(0.1003)), duration=0.2, step=h)
+    motion = fb.simulate(guided_mass(pulse(0.1003)), duration=0.2, step=h)
     speed = (1 - np.cos(4)) / 20 + IMPULSE
     assert float(motion.sel(output="v_X")[-1]) == pytest.approx(speed, abs=error * IMPULSE)
 
@@ -49,7 +49,7 @@ def test_both_ends_of_a_pulse_of_two_points_are_located_wherever_it_is(width):
     def force(t):
         return 500.0 * ((t > start) & (t < start + width * h))
 
-    motion = fb.simulate(pushed(force), duration=0.2, step=h).sel(output="v_X")
+    motion = fb.simulate(guided_mass(force), duration=0.2, step=h).sel(output="v_X")
     assert motion[:, -1].values == pytest.approx(500 * width * h, rel=1e-9)
 
 
@@ -63,13 +63,13 @@ def test_the_impulse_of_a_smooth_pulse_is_counted_however_short(width):
         part = np.clip((t - start) / (width * h), 0.0, 1.0)
         return 100 * np.sin(np.pi * part) * (part < 1)
 
-    motion = fb.simulate(pushed(force), duration=0.2, step=h).sel(output="v_X")
+    motion = fb.simulate(guided_mass(force), duration=0.2, step=h).sel(output="v_X")
     impulse = 100 * width * h * 2 / np.pi
     assert motion[:, -1].values == pytest.approx(impulse, rel=2e-3)
     times = np.arange(201) * h
-    located = tabulate([force], {}, 12, times)[0].limits
+    limits = tabulate([force], {}, 12, times)[0].limits
     for k, first in enumerate(start):
-        ends = [abs(located[:, k] - end).min() for end in (first, first + width * h)]
+        ends = [abs(limits[:, k] - end).min() for end in (first, first + width * h)]
         assert max(ends) < 1e-9 * h
 
 
@@ -81,7 +81,7 @@ def test_what_decays_within_a_step_after_a_jump_is_followed(tau, start):
     def force(t):
         return np.where(t >= start, np.exp(-np.maximum(t - start, 0.0) / (tau * h)), 0.0)
 
-    motion = fb.simulate(pushed(force), duration=0.2, step=h).sel(output="v_X")
+    motion = fb.simulate(guided_mass(force), duration=0.2, step=h).sel(output="v_X")
     t = motion.time.values
     exact = np.where(t >= start, 1 - np.exp(-np.maximum(t - start, 0.0) / (tau * h)), 0.0)
     assert motion.values == pytest.approx(tau * h * exact, abs=5e-3 * tau * h)
@@ -91,7 +91,7 @@ def test_a_function_of_one_time_is_looked_at_too():
     def force(t):
         return 500.0 if 0.1003 < t < 0.1005 else 0.0
 
-    motion = fb.simulate(pushed(force), duration=0.2, step=1.25e-3)
+    motion = fb.simulate(guided_mass(force), duration=0.2, step=1.25e-3)
     assert float(motion.sel(output="v_X")[-1]) == pytest.approx(IMPULSE, rel=1e-9)
     assert float(motion.sel(output="x_X")[-1]) == pytest.approx(IMPULSE * 0.0996, rel=1e-9)
 
@@ -99,13 +99,15 @@ def test_a_function_of_one_time_is_looked_at_too():
 def test_a_sample_with_its_own_pulse_does_not_depend_on_the_others():
     starts = np.linspace(0.05, 0.15, 11) + 3e-4
 
-    def motion(chosen):
-        return fb.simulate(pushed(pulse(chosen)), duration=0.2, step=1.25e-3).sel(output="v_X")
+    def motion(start_times):
+        return fb.simulate(guided_mass(pulse(start_times)), duration=0.2, step=1.25e-3).sel(
+            output="v_X"
+        )
 
-    together = motion(starts).values
-    assert together[:, -1] == pytest.approx((1 - np.cos(4)) / 20 + IMPULSE, abs=1e-4 * IMPULSE)
-    assert np.array_equal(together[4:6], motion(starts[4:6]))
-    assert np.array_equal(together[::-1], motion(starts[::-1]))
+    batch = motion(starts).values
+    assert batch[:, -1] == pytest.approx((1 - np.cos(4)) / 20 + IMPULSE, abs=1e-4 * IMPULSE)
+    assert np.array_equal(batch[4:6], motion(starts[4:6]))
+    assert np.array_equal(batch[::-1], motion(starts[::-1]))
 
 
 @pytest.mark.parametrize("h", [2.5e-3, 1.25e-3, 6.25e-4])
@@ -113,19 +115,21 @@ def test_a_force_above_what_the_step_resolves_is_averaged_and_named(h):
     """At 1.25 and 0.625 ms all values of 800 Hz are zeros."""
     omega = 2 * np.pi * 800
     with pytest.warns(fb.errors.ResolutionWarning, match="has about 800 Hz, which steps"):
-        motion = fb.simulate(pushed(lambda t: 50 * np.sin(omega * t), 0.1), duration=0.2, step=h)
+        motion = fb.simulate(
+            guided_mass(lambda t: 50 * np.sin(omega * t), 0.1), duration=0.2, step=h
+        )
     assert float(motion.sel(output="x_X")[-1]) == pytest.approx(500 * 0.2 / omega, rel=0.02)
 
 
 @pytest.mark.parametrize("h", [5e-3, 1.25e-3])
 def test_the_motion_under_a_sudden_force_is_exact(h):
-    motion = fb.simulate(pushed(lambda t: 1.0 * (t > 0.1003)), duration=0.2, step=h)
+    motion = fb.simulate(guided_mass(lambda t: 1.0 * (t > 0.1003)), duration=0.2, step=h)
     assert float(motion.sel(output="x_X")[-1]) == pytest.approx(0.0997**2 / 2, rel=1e-9)
 
 
 @pytest.mark.parametrize("at", [0.3, 0.3005])
 def test_a_drive_whose_speed_jumps_is_named(at):
-    mechanism = turned(lambda t: 3 * np.maximum(0.0, t - at))
+    mechanism = driven_disc(lambda t: 3 * np.maximum(0.0, t - at))
     with pytest.warns(fb.errors.ResolutionWarning, match=f"joint 'm' .* rate jumps at t = {at} s"):
         fb.simulate(mechanism, duration=0.6, step=1e-3)
 
@@ -140,7 +144,7 @@ def test_a_drive_whose_speed_jumps_is_named(at):
 )
 @pytest.mark.filterwarnings("error")
 def test_drives_with_a_continuous_speed_are_not_warned_of(angle):
-    fb.simulate(turned(angle), duration=0.5, step=1e-3)
+    fb.simulate(driven_disc(angle), duration=0.5, step=1e-3)
 
 
 def rod(angle):
@@ -180,8 +184,8 @@ def test_the_energy_balance_counts_the_impulses_of_a_drive():
     work = motion.sel(output="work")
     energy = motion.sel(output="energy")
     assert abs(work - energy).max() < 5e-5 * energy.max()
-    turned = np.maximum(0.0, 0.5 - start) * 2 + 5 * 0.2
-    x = 0.2 * np.cos(turned) + np.sqrt(0.25 - 0.04 * np.sin(turned) ** 2)
+    final_angle = np.maximum(0.0, 0.5 - start) * 2 + 5 * 0.2
+    x = 0.2 * np.cos(final_angle) + np.sqrt(0.25 - 0.04 * np.sin(final_angle) ** 2)
     assert motion.sel(output="x_X")[:, -1].values == pytest.approx(x, abs=1e-9)
     assert "t = 0.0503 to 0.1237 s: M " in motion.attrs["impulses"]
 
@@ -189,7 +193,7 @@ def test_the_energy_balance_counts_the_impulses_of_a_drive():
 def test_the_impulse_of_a_drive_is_that_of_the_momentum():
     with pytest.warns(fb.errors.ResolutionWarning, match="rate jumps at t = 0.3005 s"):
         motion = fb.simulate(
-            turned(lambda t: 3 * np.maximum(0.0, t - 0.3005)), duration=0.6, step=1e-3
+            driven_disc(lambda t: 3 * np.maximum(0.0, t - 0.3005)), duration=0.6, step=1e-3
         )
     assert motion.attrs["impulses"] == "at t = 0.3005 s: M 0.06 N m s"
     assert float(abs(motion).max()) < 1e-6
@@ -204,7 +208,7 @@ def test_a_ramp_that_starts_at_an_uncertain_time_is_followed(h):
     def force(t):
         return np.clip((t - start) / width, 0.0, 1.0)
 
-    motion = fb.simulate(pushed(force), duration=0.2, step=h).sel(output="v_X")
+    motion = fb.simulate(guided_mass(force), duration=0.2, step=h).sel(output="v_X")
     assert motion[:, -1].values == pytest.approx(0.2 - start - width / 2, abs=5e-5)
 
 
@@ -212,7 +216,7 @@ def test_a_table_states_its_kinks_and_jumps():
     """A pulse of a thousandth of a step, and one sample without it."""
     times = [0.0, 0.1003, 0.1003, 0.100301, 0.100301]
     heights = np.array([[0.0, 0.0], [0.0, 0.0], [1e5, 0.0], [1e5, 0.0], [0.0, 0.0]])
-    motion = fb.simulate(pushed(fb.table(times, heights)), duration=0.2, step=1e-3)
+    motion = fb.simulate(guided_mass(fb.table(times, heights)), duration=0.2, step=1e-3)
     assert motion.sel(output="v_X")[:, -1].values == pytest.approx([0.1, 0.0], rel=1e-8)
 
 
@@ -237,11 +241,11 @@ def test_tables_that_are_none_are_refused(times, values, message):
         fb.table(times, values)
 
 
-def trapezoid(up, down, speed):
+def trapezoid(rise, fall, speed):
     """Return angle, rate and acceleration of a motor that speeds up and down between four times."""
-    ends = (*up, *down)
+    ends = (*rise, *fall)
     slopes = speed / np.array(
-        [np.diff(up)[0], -np.diff(up)[0], -np.diff(down)[0], np.diff(down)[0]]
+        [np.diff(rise)[0], -np.diff(rise)[0], -np.diff(fall)[0], np.diff(fall)[0]]
     )
 
     def derivative(t, power):
@@ -262,7 +266,7 @@ def test_the_moment_of_a_trapezoidal_speed_profile_is_that_of_its_acceleration(h
     """Its moment jumps within steps; the speed of each sample is another."""
     angle, _, acceleration = PROFILE
     factor = np.array([0.3, 1.0])
-    motion = fb.simulate(turned(lambda t: factor * angle(t)), duration=0.5, step=h)
+    motion = fb.simulate(driven_disc(lambda t: factor * angle(t)), duration=0.5, step=h)
     exact = 0.02 * factor[:, None] * acceleration(motion.time.values)
     assert "impulses" not in motion.attrs
     assert motion.sel(output="M").values == pytest.approx(exact, abs=3e-3 * h * exact.max())
@@ -290,5 +294,5 @@ def test_the_moment_of_a_slider_crank_converges_across_jumps_of_the_acceleration
 
     slope = np.imag(inertia(angle(t) + 1e-20j)) / 1e-20
     exact = inertia(angle(t)) * acceleration(t) + slope * rate(t) ** 2 / 2
-    off = abs(motion.sel(output="M").values - exact).max()
-    assert off < error * abs(exact).max()
+    deviation = abs(motion.sel(output="M").values - exact).max()
+    assert deviation < error * abs(exact).max()

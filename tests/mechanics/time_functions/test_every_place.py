@@ -46,7 +46,7 @@ def constant(t, x, v, p, force):
     force[0, 0] = p[0]
 
 
-def driven(place, function):
+def body_with_drive(place, function):
     """Return a body with a drive; output "s" is what it prescribes."""
     rail = {"rail": fb.Prismatic("b", (0.0, 0.0))}
     joints = {
@@ -58,12 +58,12 @@ def driven(place, function):
         "path": {"d": fb.PrescribedPath("b", function, lambda t: 0.0 * t)},
         "distance": {**rail, "d": fb.Distance("b", (-1.0, 0.0), lambda t: 1.0 + function(t))},
     }[place]
-    seen = fb.Angle("b") if place == "rotation" else fb.Position("b")
-    sensors = {"s": seen, "W": fb.Work("d"), "T": fb.KineticEnergy()}
+    sensor = fb.Angle("b") if place == "rotation" else fb.Position("b")
+    sensors = {"s": sensor, "W": fb.Work("d"), "T": fb.KineticEnergy()}
     return fb.Mechanism(bodies={"b": DISC}, joints=joints, sensors=sensors)
 
 
-def loaded(place, function):
+def body_with_load(place, function):
     """Return a body with a load, its momentum over the integral of the load, and its speed."""
     rail = {"r": fb.Slot("b", (0.0, 0.0))}
     pin = {"r": fb.Revolute("b", (0.0, 0.0))}
@@ -77,11 +77,11 @@ def loaded(place, function):
         "factor": (fb.TorsionSpring("b", torque=flat, rest_angle=0.0), pin),
         "parameter": (law, rail),
     }[place]
-    turning = joints is pin
+    rotation = joints is pin
     return fb.Mechanism(
         bodies={"b": DISC}, joints=joints, loads={"l": load},
-        sensors={"v": fb.AngularVelocity("b") if turning else fb.Velocity("b")},
-    ), 0.5 if turning else 2.0  # fmt: skip
+        sensors={"v": fb.AngularVelocity("b") if rotation else fb.Velocity("b")},
+    ), 0.5 if rotation else 2.0  # fmt: skip
 
 
 @pytest.mark.filterwarnings("ignore:.*whose rate jumps", "ignore:assembly turned")
@@ -92,29 +92,29 @@ def loaded(place, function):
 def test_a_drive_follows_it_and_does_the_work(name, place, tolerance):
     function = CONTINUOUS[name]
     integrator = fb.GeneralizedAlpha(step_tolerance=tolerance)
-    model = driven(place, function)
+    model = body_with_drive(place, function)
     motion = fb.simulate(model, duration=END, step=0.01, integrator=integrator)
     times = motion["time"].values
     values = np.array([np.broadcast_to(function(t), len(COLUMNS)) for t in times])
-    moved = np.atleast_2d(motion.isel(output=0).values)
-    np.testing.assert_allclose(moved, values.T[: len(moved)], rtol=0, atol=1e-9)
-    done, energy = (motion.sel(output=key).values for key in "WT")
-    gained = energy - energy[..., :1]
-    np.testing.assert_allclose(done, gained, rtol=0, atol=1e-5 + 2e-3 * energy.max())
+    positions = np.atleast_2d(motion.isel(output=0).values)
+    np.testing.assert_allclose(positions, values.T[: len(positions)], rtol=0, atol=1e-9)
+    work, energy = (motion.sel(output=key).values for key in "WT")
+    energy_change = energy - energy[..., :1]
+    np.testing.assert_allclose(work, energy_change, rtol=0, atol=1e-5 + 2e-3 * energy.max())
     if name in SMOOTH:
         assert "impulses" not in motion.attrs
     at = fb.equilibrium(model, time=0.7)
-    there = np.broadcast_to(function(0.7), len(COLUMNS))
-    np.testing.assert_allclose(at[..., 0], there[: at[..., 0].size].squeeze(), rtol=0, atol=1e-9)
+    exact = np.broadcast_to(function(0.7), len(COLUMNS))
+    np.testing.assert_allclose(at[..., 0], exact[: at[..., 0].size].squeeze(), rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("place", ["force", "moment", "pull", "torque", "factor", "parameter"])
 @pytest.mark.parametrize("name", CONTINUOUS | JUMPING)
 def test_a_load_gives_its_impulse(name, place):
     function = (CONTINUOUS | JUMPING)[name]
-    chosen = place in ("moment", "factor")
-    integrator = fb.GeneralizedAlpha(step_tolerance=1e-8 if chosen else None)
-    model, inertia = loaded(place, function)
+    adaptive = place in ("moment", "factor")
+    integrator = fb.GeneralizedAlpha(step_tolerance=1e-8 if adaptive else None)
+    model, inertia = body_with_load(place, function)
     motion = fb.simulate(model, duration=END, step=0.01, integrator=integrator)
     speeds = np.atleast_2d(motion.isel(output=0).values)[:, -1]
     for k, speed in enumerate(speeds):
@@ -132,12 +132,12 @@ def test_a_study_takes_it(name):
     function = CONTINUOUS[name]
 
     def build(scale):
-        return driven("rotation", lambda t: np.multiply.outer(function(t), scale))
+        return body_with_drive("rotation", lambda t: np.multiply.outer(function(t), scale))
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         response = fb.dynamic_response(build, duration=END, step=0.02)
         bands = fb.propagate(response, {"scale": fb.Interval(0.9, 1.1)}, fb.PCCI(0, 2))
-    high = bands["mean"].sel(output="s", bound="upper").values
+    upper = bands["mean"].sel(output="s", bound="upper").values
     values = np.array([function(t) for t in bands["time"].values])
-    np.testing.assert_allclose(high, np.maximum(0.9 * values, 1.1 * values), atol=1e-9)
+    np.testing.assert_allclose(upper, np.maximum(0.9 * values, 1.1 * values), atol=1e-9)

@@ -6,7 +6,7 @@ import pytest
 import flexband as fb
 
 
-def driven(angle):
+def driven_bar(angle):
     bar = fb.RigidBody.bar(length=1.0, height=0.1, width=0.1, density=1.0)
     return fb.Mechanism(
         bodies={"bar": bar},
@@ -32,7 +32,7 @@ def driven(angle):
 )
 def test_a_drive_that_jumps_is_refused_with_joint_and_time(angle, at):
     with pytest.raises(fb.errors.InputError, match=f"joint 'motor' .* jumps at t = {at} s"):
-        fb.simulate(driven(angle), duration=0.1, step=1e-3)
+        fb.simulate(driven_bar(angle), duration=0.1, step=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -47,5 +47,5 @@ def test_a_drive_that_jumps_is_refused_with_joint_and_time(angle, at):
 )
 @pytest.mark.filterwarnings("ignore::flexband.errors.FlexbandWarning")
 def test_continuous_drives_are_followed(angle):
-    motion = fb.simulate(driven(angle), duration=0.1, step=1e-3).sel(output="angle")
+    motion = fb.simulate(driven_bar(angle), duration=0.1, step=1e-3).sel(output="angle")
     assert motion.values == pytest.approx([angle(t) for t in motion.time.values], abs=1e-9)

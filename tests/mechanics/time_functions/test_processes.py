@@ -34,14 +34,14 @@ def test_the_variance_of_an_oscillator_under_a_random_force():
 
     bands = fb.propagate(across, inputs, fb.AdaptivePCCI(1e-3))
     std = np.diff(bands["error_bar"].values, axis=0)[0] / 2
-    damped = OMEGA * np.sqrt(1 - DAMPING**2)
-    for end, found in zip((0.5, 1.0), std[1:], strict=True):
+    omega = OMEGA * np.sqrt(1 - DAMPING**2)
+    for end, deviation in zip((0.5, 1.0), std[1:], strict=True):
         s, w = np.polynomial.legendre.leggauss(60)
         s = end * (1 + s) / 2
         w = end * w / 2
-        h = w * np.exp(-DAMPING * OMEGA * (end - s)) * np.sin(damped * (end - s)) / damped
+        h = w * np.exp(-DAMPING * OMEGA * (end - s)) * np.sin(omega * (end - s)) / omega
         variance = h @ np.exp(-(((s[:, None] - s) / MEMORY) ** 2)) @ h
-        assert found == pytest.approx(3 * np.sqrt(variance), rel=2e-4)
+        assert deviation == pytest.approx(3 * np.sqrt(variance), rel=2e-4)
 
 
 def test_the_rate_of_crossings_is_that_of_rice():
@@ -50,9 +50,9 @@ def test_the_rate_of_crossings_is_that_of_rice():
     x = np.linspace(0.0, 8.0, 801)
     samples = field.realizations(x, 3000)
     for level in (0.0, 1.0):
-        upward = (samples[:, :-1] < level) & (samples[:, 1:] >= level)
+        crossings = (samples[:, :-1] < level) & (samples[:, 1:] >= level)
         expected = np.sqrt(2) / (2 * np.pi * MEMORY) * np.exp(-(level**2) / 2)
-        assert upward.sum() / (3000 * 8) == pytest.approx(expected, rel=0.02)
+        assert crossings.sum() / (3000 * 8) == pytest.approx(expected, rel=0.02)
 
 
 def shaker(road):
@@ -78,8 +78,8 @@ def test_a_road_prescribes_accelerations(road):
     x = 2 * motion["time"].values[5:-5]
     h = 1e-4
     exact = 4 * (profile(x + h) - 2 * profile(x) + profile(x - h)) / h**2
-    found = motion.sel(output="a_Y").values[:, 5:-5]
-    np.testing.assert_allclose(found, exact, atol=3e-3 * np.abs(exact).max())
+    accelerations = motion.sel(output="a_Y").values[:, 5:-5]
+    np.testing.assert_allclose(accelerations, exact, atol=3e-3 * np.abs(exact).max())
 
 
 @pytest.mark.parametrize(
@@ -98,10 +98,10 @@ def test_a_road_prescribes_accelerations(road):
 )
 def test_rough_roads_prescribe_no_motion(road, text):
     """Even where a function of the user stands between; as a parameter of a law they may."""
-    rough = road.value(np.zeros((2, road.dimension)))
+    profile = road.value(np.zeros((2, road.dimension)))
     with pytest.raises(fb.errors.InputError, match=f"joint 'road' cannot be prescribed .*{text}"):
-        fb.simulate(shaker(rough), duration=0.5, step=0.01)
-    fb.simulate(oscillator(rough), duration=0.5, step=0.01)
+        fb.simulate(shaker(profile), duration=0.5, step=0.01)
+    fb.simulate(oscillator(profile), duration=0.5, step=0.01)
 
 
 def test_accelerations_that_the_terms_lack_are_warned_of():
@@ -129,19 +129,19 @@ def test_a_field_is_asked_for_many_times_at_once():
     assert calls == [1001]
 
 
-@pytest.mark.parametrize("wrong", [0.0, 1.0])
-def test_values_at_many_times_are_compared_with_those_at_single_ones(wrong):
+@pytest.mark.parametrize("error", [0.0, 1.0])
+def test_values_at_many_times_are_compared_with_those_at_single_ones(error):
     """A function that does not take many times, though it takes five, is called with each."""
     times = np.linspace(0.0, 1.0, 101)
     calls = []
 
     def drive(t):
         calls.append(np.size(t))
-        return np.sin(t) + wrong * (np.size(t) > 5)
+        return np.sin(t) + error * (np.size(t) > 5)
 
     values, _ = table(drive, 1, times)
     assert values[:, 0] == pytest.approx(np.sin(times), rel=1e-15)
-    assert calls.count(1) >= 101 if wrong else calls.count(1) < 30
+    assert calls.count(1) >= 101 if error else calls.count(1) < 30
 
 
 def test_a_function_that_changes_the_times_in_place_changes_no_others():

@@ -54,10 +54,10 @@ def test_a_run_sees_no_kink_and_every_sample_has_its_speed():
     assert np.allclose(motion.sel(output="moment").values.T, torque, atol=5e-3)
 
 
-@pytest.mark.parametrize("given", [{"duration": 0.0}, {"duration": -1.0}, {"to": np.nan}])
-def test_refusals(given):
-    with pytest.raises(fb.errors.InputError, match=f"ramp {next(iter(given))}"):
-        fb.ramp(**{"to": 1.0, "duration": 1.0} | given)
+@pytest.mark.parametrize("changes", [{"duration": 0.0}, {"duration": -1.0}, {"to": np.nan}])
+def test_refusals(changes):
+    with pytest.raises(fb.errors.InputError, match=f"ramp {next(iter(changes))}"):
+        fb.ramp(**{"to": 1.0, "duration": 1.0} | changes)
 
 
 def test_a_ramp_is_a_load():

@@ -51,8 +51,8 @@ def crank(length):
 @pytest.fixture(scope="module")
 def file(tmp_path_factory):
     response = fb.dynamic_response(crank, duration=1.0, step=5e-3)
-    tree, told = motion_data(response, Space({"length": fb.Interval(0.199, 0.201)}))
-    assert tree is not None, told
+    tree, reason = motion_data(response, Space({"length": fb.Interval(0.199, 0.201)}))
+    assert tree is not None, reason
     scripts = "\n".join(ASSETS.joinpath(f"{name}.js").read_text() for name in SCRIPTS)
     style = ASSETS.joinpath("motion.css").read_text()
     page = tmp_path_factory.mktemp("motion") / "page.html"
@@ -120,8 +120,10 @@ def test_play_moves_the_drawing_the_slider_and_the_page(page):
 def test_the_legend_says_which_arrow_is_the_longest(still):
     joints = ("A", "B", "C", "slot")
     sensors = {name: fb.Reaction(name) for name in joints}
-    found = fb.simulate(replace(crank(0.2), sensors=sensors), duration=1.0, step=5e-3)
-    sizes = np.hypot(*(found.sel(output=[f"{k}_{axis}" for k in joints]).values for axis in "XY"))
+    reactions = fb.simulate(replace(crank(0.2), sensors=sensors), duration=1.0, step=5e-3)
+    sizes = np.hypot(
+        *(reactions.sel(output=[f"{k}_{axis}" for k in joints]).values for axis in "XY")
+    )
     joint = int(np.argmax(sizes.max(axis=1)))
     legend = still.locator(".motion-key-reaction").inner_text()
     pattern = r"reactions; the longest arrow is (\S+) N, at (\S+), t = (\S+) s"
@@ -134,8 +136,8 @@ def test_the_legend_says_which_arrow_is_the_longest(still):
 
 
 def test_lengths_are_in_metres_as_elsewhere_on_the_page(still):
-    shown = still.evaluate("[2.5e-7, 2.104e-4, 0.05, 3].map(flexband.shownLength)")
-    assert shown == ["2.5e-7 m", "0.00021 m", "0.05 m", "3 m"]
+    lengths = still.evaluate("[2.5e-7, 2.104e-4, 0.05, 3].map(flexband.shownLength)")
+    assert lengths == ["2.5e-7 m", "0.00021 m", "0.05 m", "3 m"]
     assert still.locator(".motion-now").inner_text().endswith(" m.")
     trace = still.locator(".motion-key-trace")
     style = trace.evaluate("key => getComputedStyle(key, '::before').borderTopStyle")
@@ -239,17 +241,17 @@ def test_names_never_overlap(file, opened):
     }"""
     page.wait_for_function("flexband.motion")
     page.wait_for_timeout(200)
-    found = np.array(page.evaluate(boxes))
-    assert len(found) >= 5
-    for k, (*at, across, up) in enumerate(found):
-        apart = np.abs(found[:k, :2] - at) >= found[:k, 2:] + [across, up]
-        assert apart.any(axis=1).all()
+    name_boxes = np.array(page.evaluate(boxes))
+    assert len(name_boxes) >= 5
+    for k, (*at, across, up) in enumerate(name_boxes):
+        separation = np.abs(name_boxes[:k, :2] - at) >= name_boxes[:k, 2:] + [across, up]
+        assert separation.any(axis=1).all()
 
 
 @pytest.mark.parametrize("kind", ["beam", "cable"])
 def test_marks_at_nodes_are_drawn_if_they_are_apart(still, kind):
     """A beam of 300 pixels: 4 elements have marks, 128 would be a hatching."""
-    counted = """([kind, elements]) => {
+    script = """([kind, elements]) => {
         const { pen, scene } = flexband.motion, far = 300 / pen.scale;
         const nodes = Array.from({ length: elements + 1 }, (_, k) => [(far * k) / elements, 0]);
         const { spacing } = scene.data.shapes.find((own) => own.spacing); // of the rod's nodes
@@ -262,8 +264,8 @@ def test_marks_at_nodes_are_drawn_if_they_are_apart(still, kind):
         const placed = Object.assign(Object.create(scene), { places: (_, places) => places });
         placed.drawShape(fake, shape, 0, false);
         return marks; }"""
-    assert still.evaluate(counted, [kind, 4]) == 5
-    assert still.evaluate(counted, [kind, 128]) == 0
+    assert still.evaluate(script, [kind, 4]) == 5
+    assert still.evaluate(script, [kind, 128]) == 0
 
 
 def test_gravity_is_drawn_in_a_free_corner(still):

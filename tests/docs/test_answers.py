@@ -10,10 +10,10 @@ PAGE = (Path(__file__).parents[2] / "docs" / "how-to" / "answers.md").read_text(
 
 def test_samples_find_as_much_of_the_worst_sum_as_the_page_says():
     """Means over draws of what 1000 samples find of the worst sum of equal tolerances."""
-    told = re.search(r"draws are (\d+), (\d+), (\d+) and (\d+) %", PAGE)
-    assert told is not None
+    sentence = re.search(r"draws are (\d+), (\d+), (\d+) and (\d+) %", PAGE)
+    assert sentence is not None
     rng = np.random.default_rng(1)
-    for count, percent in zip((3, 5, 10, 20), told.groups(), strict=True):
+    for count, percent in zip((3, 5, 10, 20), sentence.groups(), strict=True):
         sums = rng.uniform(-1.0, 1.0, (200, 1000, count)).sum(axis=2).max(axis=1) / count
         assert abs(100 * sums.mean() - int(percent)) < 1.5
 

@@ -42,7 +42,7 @@ TO_RUN = [
 def blocks(text, *languages):
     """Return language, rest of the first line, and content of the fenced blocks that can run."""
     pattern = rf"^```({'|'.join(languages)})\b *(.*)\n((?:.*\n)*?)```$"
-    return [one for one in re.findall(pattern, text, re.MULTILINE) if one[1] != "no-run"]
+    return [block for block in re.findall(pattern, text, re.MULTILINE) if block[1] != "no-run"]
 
 
 def commands(text):
@@ -77,21 +77,21 @@ def test_code_and_commands_run(name, tmp_path, monkeypatch):
             for words in commands(content):
                 if words[0] == "import-results":
                     somebody_runs_the_model(tmp_path)
-                done = CliRunner().invoke(app, words)
-                assert done.exit_code in (0, 4), f"{words}\n{done.output}"
+                result = CliRunner().invoke(app, words)
+                assert result.exit_code in (0, 4), f"{words}\n{result.output}"
 
 
 @pytest.mark.parametrize("name", PAGES)
 def test_commands_are_understood(name):
     """Every command in a block, or in backticks with arguments, is parsed."""
-    found = [content for _, _, content in blocks(PAGES[name], "sh")]
-    found += re.findall(r"`(flexband [^`]+)`", PAGES[name].replace("\n", " "))
-    for words in (w for text in found for w in commands(text)):
+    texts = [content for _, _, content in blocks(PAGES[name], "sh")]
+    texts += re.findall(r"`(flexband [^`]+)`", PAGES[name].replace("\n", " "))
+    for words in (w for text in texts for w in commands(text)):
         if words and not words[0].startswith("-"):
             load(words[:1])
-            own = get_group(app).commands[words[0]]
+            command = get_group(app).commands[words[0]]
             if len(words) > 1 and not any(word.startswith("--help") for word in words):
-                own.make_context(words[0], words[1:])
+                command.make_context(words[0], words[1:])
 
 
 @pytest.mark.parametrize("name", [name for name, text in PAGES.items() if "{code-cell}" in text])

@@ -19,8 +19,8 @@ def page():
     for block in blocks:
         exec(block, names)
         definition = block[block.index("@dataclass") :] if "@dataclass" in block else ""
-        for one in definition.split("@dataclass")[1:]:
-            assert len(one.strip().splitlines()) <= 18
+        for code in definition.split("@dataclass")[1:]:
+            assert len(code.strip().splitlines()) <= 18
     return SimpleNamespace(**names)
 
 

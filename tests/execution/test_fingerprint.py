@@ -108,16 +108,16 @@ def test_calls_do_not_change_the_fingerprint(written):
 
 
 def test_functions_inside_of_objects_count():
-    def one(x):
+    def first(x):
         return x + 1
 
-    def other(x):
+    def second(x):
         return x + 2
 
     for wrapped in (np.vectorize, functools.lru_cache, fb.models.samplewise, functools.partial):
-        assert fingerprint(wrapped(one)) == fingerprint(wrapped(one))
-        assert fingerprint(wrapped(one)) != fingerprint(wrapped(other))
-    assert fingerprint(functools.partial(one, x=1)) != fingerprint(functools.partial(one, x=2))
+        assert fingerprint(wrapped(first)) == fingerprint(wrapped(first))
+        assert fingerprint(wrapped(first)) != fingerprint(wrapped(second))
+    assert fingerprint(functools.partial(first, x=1)) != fingerprint(functools.partial(first, x=2))
 
     class Kind(Enum):
         A = 1

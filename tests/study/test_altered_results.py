@@ -36,8 +36,8 @@ def finished(tmp_path_factory):
     folder = tmp_path_factory.mktemp("study")
     study = folder / "study.py"
     study.write_text(STUDY, encoding="utf-8")
-    told = call("run", study, "--output", folder / "out")
-    assert told.exit_code == 0, told.output
+    result = call("run", study, "--output", folder / "out")
+    assert result.exit_code == 0, result.output
     assert call("sobol", folder / "out").exit_code == 0
     return folder
 
@@ -55,33 +55,33 @@ def flip(file, seed):
     file.write_bytes(data)
 
 
-def text_of(told):
-    return " ".join(told.output.split())
+def text_of(result):
+    return " ".join(result.output.split())
 
 
 def test_every_altered_result_is_refused_and_run_restores_it(copied):
     study, out = copied
-    whole = {name: (out / name).read_bytes() for name in RESULTS}
+    contents = {name: (out / name).read_bytes() for name in RESULTS}
     for name in RESULTS:
         for seed in range(3):
             flip(out / name, f"{name}{seed}")
-            told = call("report", out)
-            assert told.exit_code == 1, (name, seed, told.output)
-            assert f"{name} is not as written; `flexband run` restores it" in text_of(told)
-            (out / name).write_bytes(whole[name])
+            result = call("report", out)
+            assert result.exit_code == 1, (name, seed, result.output)
+            assert f"{name} is not as written; `flexband run` restores it" in text_of(result)
+            (out / name).write_bytes(contents[name])
     flip(out / "sobol.nc", 0)
-    told = call("report", out)
-    assert told.exit_code == 1
-    assert "sobol.nc is not as written; `flexband sobol` restores it" in text_of(told)
+    result = call("report", out)
+    assert result.exit_code == 1
+    assert "sobol.nc is not as written; `flexband sobol` restores it" in text_of(result)
     for name in ("bands.nc", "page.json", "limits.nc"):
         flip(out / name, 1)
-    told = call("run", study, "--output", out)
-    assert told.exit_code == 0, told.output
-    assert "no run was made" not in text_of(told)
+    result = call("run", study, "--output", out)
+    assert result.exit_code == 0, result.output
+    assert "no run was made" not in text_of(result)
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "Answers that are not as written are left out: sobol" in page
     for name in ("bands.nc", "surrogate.npz"):
-        assert (out / name).read_bytes() == whole[name]
+        assert (out / name).read_bytes() == contents[name]
 
 
 def test_bands_with_other_values_and_answers_beside_an_altered_page_are_refused(copied):
@@ -90,12 +90,12 @@ def test_bands_with_other_values_and_answers_beside_an_altered_page_are_refused(
     bands["mean"] = 2 * bands["mean"]
     bands.to_netcdf(out / "bands.nc", engine="scipy")  # which keeps the attributes
     for command in ("report", "distribution"):
-        told = call(command, out)
-        assert told.exit_code == 1
-        assert "bands.nc is not as written" in text_of(told)
+        result = call(command, out)
+        assert result.exit_code == 1
+        assert "bands.nc is not as written" in text_of(result)
     flip(out / "page.json", 2)  # which has the doubts about all answers
-    told = call("distribution", out)
-    assert (told.exit_code, "page.json is not as written" in text_of(told)) == (1, True)
+    result = call("distribution", out)
+    assert (result.exit_code, "page.json is not as written" in text_of(result)) == (1, True)
 
 
 def test_a_result_in_study_json_that_was_altered_is_not_told(copied):
@@ -104,8 +104,8 @@ def test_a_result_in_study_json_that_was_altered_is_not_told(copied):
     about["result"]["label"] = "All is well."
     (out / "study.json").write_text(json.dumps(about), encoding="utf-8")
     assert "result in study.json is not as written" in text_of(call("status", out))
-    told = call("run", study, "--output", out)
-    assert "All is well." not in told.output
+    result = call("run", study, "--output", out)
+    assert "All is well." not in result.output
     assert "not as written" not in text_of(call("status", out))
 
 

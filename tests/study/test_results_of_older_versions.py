@@ -39,9 +39,9 @@ def folder(tmp_path, monkeypatch):
 
 
 def call(*words, status=0):
-    done = CliRunner().invoke(app, [str(word) for word in words])
-    assert done.exit_code == status, done.output
-    return " ".join(done.output.split())
+    result = CliRunner().invoke(app, [str(word) for word in words])
+    assert result.exit_code == status, result.output
+    return " ".join(result.output.split())
 
 
 def test_surrogates_open(folder):
@@ -51,8 +51,8 @@ def test_surrogates_open(folder):
         with xr.open_dataset(folder.parent / data, engine="scipy") as bands:
             for name in ("mean", "error_bar"):
                 np.testing.assert_allclose(surrogate.bands(1.0)[name], bands[name], rtol=1e-6)
-    refused = call("contributions", folder.parent / "ringing.npz", status=1)
-    assert "computes runs and answers otherwise now" in refused
+    refusal = call("contributions", folder.parent / "ringing.npz", status=1)
+    assert "computes runs and answers otherwise now" in refusal
 
 
 def test_runs_open_and_are_used_once_that_is_asked_for(folder):
@@ -64,10 +64,10 @@ def test_runs_open_and_are_used_once_that_is_asked_for(folder):
     recorded = runs.sizes["run"]
     assert recorded == 24
     for command in (("resume", folder), ("run", folder.with_name("decay.py"), "-o", folder)):
-        refused = call(*command, status=1)
-        assert "flexband's mechanics changed. Take another folder" in refused
-        assert "If its runs are valid still" in refused
-        assert "--allow-mismatch" in refused
+        refusal = call(*command, status=1)
+        assert "flexband's mechanics changed. Take another folder" in refusal
+        assert "If its runs are valid still" in refusal
+        assert "--allow-mismatch" in refusal
     assert "9 runs" in call("resume", folder, "--allow-mismatch")
     assert (
         fb.execution.open_runs(folder).sizes["run"] <= recorded + 16 + 2
@@ -103,32 +103,32 @@ def bob(tmp_path, monkeypatch):
 )
 def test_outdated_verdicts_are_not_shown(bob, command):
     name, *outputs = command
-    shown = call(name, bob, *outputs, status=1)
-    assert AGAIN in shown
-    assert "PASS" not in shown
+    output = call(name, bob, *outputs, status=1)
+    assert AGAIN in output
+    assert "PASS" not in output
 
 
 def test_status_says_that_results_are_outdated(bob):
-    shown = call("status", bob)
-    assert AGAIN in shown
-    assert "PASS" not in shown
+    output = call("status", bob)
+    assert AGAIN in output
+    assert "PASS" not in output
 
 
 def test_outdated_runs_are_not_used(bob):
-    refused = call("run", bob.with_name("bob.py"), "-o", bob, status=1)
-    assert "flexband's mechanics changed" in refused
-    assert "`flexband run --replace`" in refused
-    assert "PASS" not in refused
-    again = call("run", bob.with_name("bob.py"), "-o", bob, "--replace")
-    assert "PASS" in again
+    refusal = call("run", bob.with_name("bob.py"), "-o", bob, status=1)
+    assert "flexband's mechanics changed" in refusal
+    assert "`flexband run --replace`" in refusal
+    assert "PASS" not in refusal
+    second = call("run", bob.with_name("bob.py"), "-o", bob, "--replace")
+    assert "PASS" in second
     assert AGAIN not in call("status", bob)
 
 
 @pytest.mark.parametrize(("field", "word"), [("runs", "runs"), ("answers", "answers")])
 def test_a_number_that_rises_makes_results_outdated(bob, field, word, monkeypatch):
     call("run", bob.with_name("bob.py"), "-o", bob, "--replace")
-    raised = NUMBERING._replace(**{field: getattr(NUMBERING, field) + 1})
-    monkeypatch.setattr("flexband.basics.computation.NUMBERING", raised)
+    numbering = NUMBERING._replace(**{field: getattr(NUMBERING, field) + 1})
+    monkeypatch.setattr("flexband.basics.computation.NUMBERING", numbering)
     assert f"computes {word} otherwise now" in call("report", bob, status=1)
     with pytest.raises(InputError, match=f"computes {word} otherwise now"):
         fb.load_surrogate(bob / "surrogate.npz")

@@ -75,10 +75,10 @@ def test_a_result_without_its_limits_is_computed_again(file, tmp_path):
     for name in ("limits", "probability"):
         first = study.run_in(folder)
         (folder / f"{name}.nc").unlink()
-        again = study.run_in(folder)
-        assert not again.reused
-        xr.testing.assert_equal(again.limits.margins, first.limits.margins)
-        assert again.limits.probability is not None
+        second = study.run_in(folder)
+        assert not second.reused
+        xr.testing.assert_equal(second.limits.margins, first.limits.margins)
+        assert second.limits.probability is not None
     CliRunner().invoke(app, ["limits", str(folder), "--below", "response=9"])
     assert study.run_in(folder).reused  # limits of a question do not take their place
 
@@ -89,8 +89,8 @@ def test_a_damaged_study_json_is_written_again(file, tmp_path):
     first = study.run_in(folder)
     (folder / "study.json").write_text("{", encoding="utf-8")
     with pytest.warns(fb.errors.FlexbandWarning, match="cannot be read"):
-        again = study.run_in(folder)
-    xr.testing.assert_identical(again.bands, first.bands)
+        second = study.run_in(folder)
+    xr.testing.assert_identical(second.bands, first.bands)
     assert study.run_in(folder).reused
 
 
@@ -134,9 +134,9 @@ def test_what_is_said_of_a_result_that_is_read_is_the_same(carriers, tmp_path):
 def test_the_command_line_shows_the_result_of_a_program(file, tmp_path):
     folder = tmp_path / "out"
     result = load_study(file).run_in(folder)
-    shown = CliRunner().invoke(app, ["run", str(file), "--output", str(folder)])
-    assert shown.exit_code == 0, shown.output
-    text = " ".join(shown.output.split())
+    invocation = CliRunner().invoke(app, ["run", str(file), "--output", str(folder)])
+    assert invocation.exit_code == 0, invocation.output
+    text = " ".join(invocation.output.split())
     assert "no run was made" in text
     assert f"AdaptivePCCI, {result.runs} runs" in text or f"{result.runs} runs" in text
     assert "PASS response below 4: kept with a margin of" in text

@@ -78,19 +78,19 @@ def test_periodic_motions_that_are_linear_in_the_inputs_have_no_horizon():
 
 def test_each_input_is_changed_by_its_part_of_its_range_and_stays_inside():
     """± 3 standard deviations are the range of a normal input."""
-    seen = []
+    batches = []
 
     def response(a, b):
-        seen.append(np.stack([a, b]))
+        batches.append(np.stack([a, b]))
         return a + b
 
     inputs = {"a": fb.Interval(-1.0, 3.0), "b": fb.Normal(5.0, 2.0)}
     predictability_horizon(response, inputs, points=500, change=1e-2)
-    (values,) = seen
-    at, *beside = np.split(values, 3, axis=1)
-    changes = np.sort(np.abs(np.array(beside) - at).max(axis=2).max(axis=0))
+    (values,) = batches
+    at, *neighbours = np.split(values, 3, axis=1)
+    changes = np.sort(np.abs(np.array(neighbours) - at).max(axis=2).max(axis=0))
     assert changes == pytest.approx([4e-2, 12e-2])
-    assert ((np.array(beside) != at).sum(axis=1) == 1).all()
+    assert ((np.array(neighbours) != at).sum(axis=1) == 1).all()
     assert np.abs(values[0] - 1.0).max() < 2.0
 
 
@@ -178,6 +178,6 @@ def test_a_worn_pin_is_predictable_at_a_twentieth_of_a_millimetre_and_not_at_hal
     ],
 )
 def test_bad_arguments_are_refused_by_name(arguments, message):
-    usual = {"inputs": {"x": fb.Interval(0.0, 1.0)}}
+    defaults = {"inputs": {"x": fb.Interval(0.0, 1.0)}}
     with pytest.raises(InputError, match=message):
-        predictability_horizon(folded, **(usual | arguments))
+        predictability_horizon(folded, **(defaults | arguments))

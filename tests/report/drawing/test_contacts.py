@@ -21,10 +21,10 @@ def sketched(**parts):
     scene = Scene(mechanism, assembled_configuration(mechanism))
     tracks = Tracks(mechanism)
     sketch = sketch_mechanism(scene, tracks, UNIT)
-    placed = tracks.at_start(scene.start)
+    start = tracks.at_start(scene.start)
 
     def places(shape):
-        return np.concatenate([stroke.places(*placed, UNIT) for stroke in shape.strokes])
+        return np.concatenate([stroke.places(*start, UNIT) for stroke in shape.strokes])
 
     return sketch, places
 
@@ -80,8 +80,8 @@ def test_a_pin_is_seen_in_its_hole(clearance, factor):
     assert pin.size == pytest.approx(20.0)
     assert hole.size == pytest.approx(20.0 + 2 * factor * clearance / UNIT)
     np.testing.assert_allclose(places(hole), [(0.1, 0.2)], atol=1e-12)
-    moved = 0.1 + factor * 0.5 * clearance
-    np.testing.assert_allclose(places(pin), [(moved, 0.2)], atol=1e-12)
+    pin_x = 0.1 + factor * 0.5 * clearance
+    np.testing.assert_allclose(places(pin), [(pin_x, 0.2)], atol=1e-12)
     names = [name.text for name in sketch.names]
     assert ("pin (clearance × 30)" if factor > 1 else "pin") in names
     shapes = [s for s in record_shapes(sketch)["shapes"] if s.get("part") == "joint 'pin'"]
@@ -116,8 +116,8 @@ def test_bodies_that_meet_have_their_shapes():
     )  # fmt: skip
     (surface,) = hatched(sketch, places)
     np.testing.assert_allclose(surface, [(-0.2, 0.0), (0.3, 0.0)], atol=1e-12)
-    both = [places(line) for line in sketch.lines if line.part == "load 'both'"]
-    for line, centre, radius in zip(both, [(0.1, 0.2), (0.3, 0.2)], (0.05, 0.02), strict=True):
+    rings = [places(line) for line in sketch.lines if line.part == "load 'both'"]
+    for line, centre, radius in zip(rings, [(0.1, 0.2), (0.3, 0.2)], (0.05, 0.02), strict=True):
         np.testing.assert_allclose(np.linalg.norm(line - centre, axis=1), radius)
     hole, pin = (mark for mark in sketch.marks if mark.part == "load 'hole'")
     assert (hole.size, pin.size) == pytest.approx((40.0, 20.0))

@@ -170,8 +170,8 @@ def probability(converged):
 
 def largest_probability(surrogate, response=None):
     limit = fb.Limit("u0", above=-5.0, below=3.5)
-    found = fb.analysis.failure_probability(surrogate, limit, response=response, seed=1)
-    return float(found["probability"].max())
+    probabilities = fb.analysis.failure_probability(surrogate, limit, response=response, seed=1)
+    return float(probabilities["probability"].max())
 
 
 @pytest.mark.parametrize("response", [None, StepError(off_by_a_third)])

@@ -65,7 +65,7 @@ def test_bounds_of_random_polynomials_are_not_below_a_dense_scan(m, order, discs
         assert np.hypot(at[:, k], at[:, k + 1]).max() <= RADIUS * (1 + 1e-12)
 
 
-def least(polynomial, discs, start):
+def minimum(polynomial, discs, start):
     """Return the minimum near a place, in the radius and the angle of each disc, by SciPy."""
     x, bounds = start.copy(), [(-1.0, 1.0)] * len(start)
     for k in discs:
@@ -90,18 +90,18 @@ def test_minima_beside_lower_points_of_the_scan_are_found(seed):
     rng = np.random.default_rng(seed)
     crank, pin = rng.uniform(0.1, 1, 2)
     length = fb.Interval(*np.sort(rng.uniform(-1, 1, 2)))
-    narrowed = fb.expand(drawn_polynomial(seed), plays, fb.PCCI(2, 2)).narrowed(
+    narrower = fb.expand(drawn_polynomial(seed), plays, fb.PCCI(2, 2)).narrowed(
         crank=fb.Play(0.2 * crank), pin=fb.Play(0.1 * pin), length=length
     )
-    (expansion,) = narrowed.expansions
-    mean = narrowed.bands()["mean"].values
+    (expansion,) = narrower.expansions
+    mean = narrower.bands()["mean"].values
     points = scanned(5, (0, 3), 5000)
     of_points = expansion.moments(points)[0].reshape(len(points), -1)
     width = np.ptp(mean, axis=0)
     for k, sign in enumerate((1.0, -1.0)):
         for t in range(11):
             start = points[np.argmin(sign * of_points[:, t])]
-            best = least(lambda eta: sign * expansion.moments(eta)[0].reshape(-1, 11)[:, t],  # noqa: B023
+            best = minimum(lambda eta: sign * expansion.moments(eta)[0].reshape(-1, 11)[:, t],  # noqa: B023
                          (0, 3), start)  # fmt: skip
             assert sign * mean[k, t] <= best + 1e-7 * width[t]
 

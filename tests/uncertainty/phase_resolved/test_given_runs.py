@@ -166,11 +166,11 @@ def test_methods_are_compared_on_one_coarse_model():
 
 def falling(length, angle):
     """A pendulum that is released at an angle from the vertical."""
-    turned = angle - np.pi / 2
+    start_angle = angle - np.pi / 2
     return fb.Mechanism(
         bodies={
             "rod": fb.RigidBody.bar(
-                length=length, height=0.02, width=0.02, density=7800.0, angle=turned
+                length=length, height=0.02, width=0.02, density=7800.0, angle=start_angle
             )
         },
         joints={"hinge": fb.Revolute("rod.start", (0.0, 0.0))},

@@ -73,25 +73,25 @@ def damaged(content, data):
     """Return a file that was cut, of which a bit was flipped, or whose members were changed."""
     parts = members(content)
     names = st.sampled_from(sorted(parts))
-    way = data.draw(st.sampled_from(["cut", "flip", "drop", "swap", "number", "text"]))
-    if way in ("cut", "flip"):
+    action = data.draw(st.sampled_from(["cut", "flip", "drop", "swap", "number", "text"]))
+    if action in ("cut", "flip"):
         place = data.draw(st.integers(0, len(content) - 1))
         bit = bytes([content[place] ^ 1 << data.draw(st.integers(0, 7))])
-        return content[:place] + (bit + content[place + 1 :] if way == "flip" else b"")
-    one = data.draw(names)
-    other = data.draw(names)
-    if way == "drop":
-        del parts[one]
-    elif way == "swap":
-        parts[one], parts[other] = parts[other], parts[one]
+        return content[:place] + (bit + content[place + 1 :] if action == "flip" else b"")
+    name = data.draw(names)
+    second = data.draw(names)
+    if action == "drop":
+        del parts[name]
+    elif action == "swap":
+        parts[name], parts[second] = parts[second], parts[name]
     else:
-        array = np.load(io.BytesIO(parts[one]))
+        array = np.load(io.BytesIO(parts[name]))
         if array.dtype.kind == "f" and array.size:
             array.flat[data.draw(st.integers(0, array.size - 1))] *= 1 + 1e-15
         elif array.dtype.kind == "U" and array.ndim == 0:
             place = data.draw(st.integers(0, len(str(array)) - 1))
             array = np.array(str(array)[:place] + "3" + str(array)[place + 1 :])
-        parts[one] = npy(array)
+        parts[name] = npy(array)
     return zipped(parts)
 
 
@@ -124,11 +124,11 @@ def test_files_with_other_inputs_are_refused_or_can_be_evaluated(kind, tmp_path_
     def check(place, value):
         record = npy(np.array(json.dumps(replaced(about, place, value))))
         surrogate = loaded(sealed(parts | {"about.npy": record}), folder)
-        for one in getattr(surrogate, "surrogates", {"": surrogate}).values():
-            if one is not None:
-                n = one.space.random_dimension
-                m = one.space.interval_dimension
-                assert np.isfinite(one.standard(np.zeros((1, n)), np.zeros((1, m)))).all()
+        for expansion in getattr(surrogate, "surrogates", {"": surrogate}).values():
+            if expansion is not None:
+                n = expansion.space.random_dimension
+                m = expansion.space.interval_dimension
+                assert np.isfinite(expansion.standard(np.zeros((1, n)), np.zeros((1, m)))).all()
 
     check()
 

@@ -47,14 +47,14 @@ INPUTS = {
 @pytest.fixture(scope="module")
 def saved(tmp_path_factory):
     """Return the bytes of the file of each method, which loads as it was saved."""
-    found = {}
+    contents = {}
     for name, method in METHODS.items():
         surrogate = fb.expand(ringing, INPUTS, method)
         file = tmp_path_factory.mktemp("saved") / "s.npz"
         fb.save_surrogate(surrogate, file)
         xr.testing.assert_identical(fb.load_surrogate(file).bands(), surrogate.bands())
-        found[name] = file.read_bytes()
-    return found
+        contents[name] = file.read_bytes()
+    return contents
 
 
 def members(content):
@@ -74,7 +74,7 @@ def sealed(parts):
     """Return a file with a digest that is right, as harm would be done on purpose."""
     with suppress(Exception):  # arrays that cannot be read
         arrays = {name: loaded(content) for name, content in parts.items()}
-        arrays = {name.removesuffix(".npy"): own for name, own in arrays.items()}
+        arrays = {name.removesuffix(".npy"): array for name, array in arrays.items()}
         arrays.pop(archive.DIGEST, None)
         parts = parts | {f"{archive.DIGEST}.npy": npy(np.array(archive.digest(arrays)))}
     return zipped(parts)
@@ -244,9 +244,9 @@ def test_a_small_file_cannot_fill_the_memory(saved, tmp_path):
     tracemalloc.start()
     for content in files:
         refused(tmp_path / "s.npz", content)
-    most = tracemalloc.get_traced_memory()[1]
+    peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert most < 1e8
+    assert peak < 1e8
 
 
 @pytest.mark.filterwarnings("ignore:input .* changes no output:flexband.errors.FlexbandWarning")
@@ -261,6 +261,6 @@ def test_a_surrogate_that_compresses_well_is_saved_all_the_same(tmp_path, monkey
 @pytest.mark.parametrize("file", [None, 3, b"s.npz", ["s.npz"], "\0", "s" * 5000])
 def test_a_file_is_a_path(file):
     surrogate = fb.expand(lambda x: x, {"x": fb.Interval(0, 1)}, fb.PCCI(0, 1))
-    for use in (fb.load_surrogate, lambda own: fb.save_surrogate(surrogate, own)):
+    for use in (fb.load_surrogate, lambda path: fb.save_surrogate(surrogate, path)):
         with pytest.raises(fb.errors.InputError, match="file must be a path"):
             use(file)

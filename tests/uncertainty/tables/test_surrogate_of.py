@@ -77,10 +77,10 @@ def test_there_is_no_verdict_where_no_row_is_near():
     surrogate = fb.surrogate_of({**rows, "u": smooth(**rows)}, INPUTS)
     (doubt,) = doubts_of(surrogate)
     assert doubt == "no row of the table is near low a, high a"
-    together = draw(60)
+    table = draw(60)
     inputs = {"a": fb.Interval(-1.0, 1.0), "b": fb.Interval(-1.0, 1.0)}
-    both = {"a": together["a"], "b": together["a"] + 0.01 * together["x"]}
-    along = {k: np.clip(v, -1, 1) for k, v in both.items()}
+    columns = {"a": table["a"], "b": table["a"] + 0.01 * table["x"]}
+    along = {k: np.clip(v, -1, 1) for k, v in columns.items()}
     doubts = doubts_of(fb.surrogate_of({**along, "u": along["a"] - along["b"]}, inputs))
     assert "low a with high b, high a with low b" in doubts[-1]
 

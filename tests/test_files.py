@@ -28,12 +28,12 @@ def test_an_old_file_stays_if_the_new_one_fails(tmp_path):
     file = tmp_path / ("long" * 60 + ".txt")
     file.write_text("old")
 
-    def interrupted():
+    def interrupt():
         with replaced(file) as partial:
             partial.write_text("new")
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        interrupted()
+        interrupt()
     assert file.read_text() == "old"
     assert list(tmp_path.iterdir()) == [file]

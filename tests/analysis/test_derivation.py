@@ -13,7 +13,7 @@ TIME = np.linspace(0.0, 2.0, 81)
 OMEGA = 2 * np.pi
 
 
-def labelled(*series):
+def with_labels(*series):
     return xr.DataArray(
         np.stack(series, axis=1),
         dims=("sample", "output", "time"),
@@ -26,7 +26,7 @@ def labelled(*series):
 
 def decaying(amplitude, damping):
     size = amplitude[:, None] * np.exp(-damping[:, None] * TIME)
-    return labelled(size * np.sin(OMEGA * TIME), size * np.cos(OMEGA * TIME))
+    return with_labels(size * np.sin(OMEGA * TIME), size * np.cos(OMEGA * TIME))
 
 
 AMPLITUDE = fb.Normal(3.0, 0.2)

@@ -12,13 +12,13 @@ SCRIPT = resources.files("flexband.report.page").joinpath("assets/arrays.js").re
 
 
 @pytest.mark.parametrize(("quantum", "size"), [(None, 8), (1e-3, 2), (1e-8, 4), (1e-12, 8)])
-def test_arrays_are_read_as_they_were_packed(opened, tmp_path, quantum, size):
+def test_arrays_are_read_as_they_were_packed(open_page, tmp_path, quantum, size):
     values = np.random.default_rng(0).normal(size=(3, 4, 5))
     record = pack(values, quantum)
     assert record["bytes"] == size
     file = tmp_path / "page.html"
     file.write_text(f"<!doctype html><script>{SCRIPT}</script>", encoding="utf-8")
-    result = opened(file).evaluate(
+    result = open_page(file).evaluate(
         "async (tree) => { const one = (await flexband.unpackedTree({ list: [tree] })).list[0];"
         " return { shape: one.shape, values: Array.from(one.values) }; }",
         json.loads(json.dumps(record)),

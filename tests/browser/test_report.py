@@ -88,8 +88,8 @@ def numbers(text):
     return [float(v) for v in re.findall(r"-?\d+\.?\d*(?:e[-+]?\d+)?", text)]
 
 
-def test_charts_have_the_numbers_of_the_bands(folder, shared):
-    page = shared(folder / "report.html")
+def test_charts_have_the_numbers_of_the_bands(folder, shared_page):
+    page = shared_page(folder / "report.html")
     with xr.open_dataset(folder / "bands.nc") as bands:
         bands.load()
     width = (bands["error_bar"][1] - bands["error_bar"][0]).max("time").values
@@ -112,8 +112,8 @@ def test_charts_have_the_numbers_of_the_bands(folder, shared):
     assert {name for name, _ in traces} >= {"interval mean", "stiffness", "amplitude", "phase"}
 
 
-def test_hovering_and_views_change_what_is_shown(folder, shared):
-    page = shared(folder / "report.html")
+def test_hovering_and_views_change_what_is_shown(folder, shared_page):
+    page = shared_page(folder / "report.html")
     figure = page.locator("figure.chart").first
     figure.scroll_into_view_if_needed()
     chart = figure.locator(".plot")
@@ -134,8 +134,8 @@ def test_hovering_and_views_change_what_is_shown(folder, shared):
     assert ranges[0] != ranges[1]
 
 
-def test_the_path_follows_the_cursor(folder, shared):
-    page = shared(folder / "report.html")
+def test_the_path_follows_the_cursor(folder, shared_page):
+    page = shared_page(folder / "report.html")
     assert "path of P_X and P_Y" in page.locator("#path .reading").inner_text()
     plot = page.locator("#path .plot")
     script = "plot => [Math.max(...plot.data[2].x), Math.max(...plot.data[2].y)]"
@@ -151,8 +151,8 @@ def test_the_path_follows_the_cursor(folder, shared):
         assert y == pytest.approx(np.sin(angle).max(), abs=0.01)
 
 
-def test_distributions_at_times(folder, shared):
-    page = shared(folder / "report.html")
+def test_distributions_at_times(folder, shared_page):
+    page = shared_page(folder / "report.html")
     output, place = page.locator("#p-boxes select").all()
     output.select_option("P_X [m]")
     place.select_option(label="2 s")
@@ -161,15 +161,15 @@ def test_distributions_at_times(folder, shared):
     np.testing.assert_allclose(values[:2], medians, atol=0.01)
 
 
-def test_what_a_study_says_is_text(folder, shared):
-    page = shared(folder / "report.html")
+def test_what_a_study_says_is_text(folder, shared_page):
+    page = shared_page(folder / "report.html")
     assert page.get_by_text("How far does <b>it</b> swing?").count() == 1
     assert page.locator("img[src=x]").count() == 0
     assert page.locator("h3", has_text="x</script><img").count() >= 1
 
 
-def test_the_first_screen_answers(folder, shared):
-    page = shared(folder / "report.html")
+def test_the_first_screen_answers(folder, shared_page):
+    page = shared_page(folder / "report.html")
     page.evaluate("scrollTo(0, 0)")
     assert "y_Y below 2100: kept" in page.locator(".requirements .pass").inner_text()
     verdict = page.locator(".verdict").inner_text()
@@ -181,8 +181,8 @@ def test_the_first_screen_answers(folder, shared):
     assert "mean 0, standard deviation 0.1" in table
 
 
-def test_phones_need_no_scrolling_sideways(folder, shared):
-    page = shared(folder / "report.html", 360, 740)
+def test_phones_need_no_scrolling_sideways(folder, shared_page):
+    page = shared_page(folder / "report.html", 360, 740)
     page.locator(".plot").first.scroll_into_view_if_needed()
     page.locator("svg.main-svg").first.wait_for()
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
@@ -192,8 +192,8 @@ def test_phones_need_no_scrolling_sideways(folder, shared):
         assert page.evaluate("['ink', 'paper'].map(flexband.color)") == expected
 
 
-def test_phones_show_all_cells_of_tables_and_pictures_that_can_be_read(small, opened):
-    page = opened(small / "report.html", viewport={"width": 390, "height": 844})
+def test_phones_show_all_cells_of_tables_and_pictures_that_can_be_read(small, open_page):
+    page = open_page(small / "report.html", viewport={"width": 390, "height": 844})
     page.locator(".what-if-limits td").first.wait_for()
     cells = page.locator("table:not(.long) td, table:not(.long) caption")
     boxes = [cell.bounding_box() for cell in cells.all() if cell.is_visible()]
@@ -231,7 +231,7 @@ def test_the_report_is_small_and_says_how_it_was_made(folder):
     ],
     ids=["no surrogate", "a number", "choices", "two dims"],
 )  # fmt: skip
-def test_other_studies_have_a_report(tmp_path, opened, response, inputs, method):
+def test_other_studies_have_a_report(tmp_path, open_page, response, inputs, method):
     (tmp_path / "study.py").write_text(
         f"""
 import numpy as np
@@ -248,7 +248,7 @@ study = fb.Study(response, {{"a": fb.Normal(1, 0.1), "e": fb.Interval(0, 1){inpu
     scanned = method.startswith("LHS")
     result = CliRunner().invoke(app, words[:-2] if scanned else words)
     assert result.exit_code == (3 if scanned else 0), result.output  # limits need a surrogate
-    page = opened(tmp_path / "report.html")
+    page = open_page(tmp_path / "report.html")
     assert page.locator("#bands td").count() >= 6
     for plot in page.locator("#charts .plot").all():
         plot.scroll_into_view_if_needed()
@@ -286,8 +286,8 @@ def many(tmp_path_factory):
 
 
 @pytest.mark.parametrize("width", [1280, 390])
-def test_all_contributions_are_lines_with_a_legend_outside_the_chart(many, shared, width):
-    page = shared(many / "report.html", width)
+def test_all_contributions_are_lines_with_a_legend_outside_the_chart(many, shared_page, width):
+    page = shared_page(many / "report.html", width)
     figure = page.locator("figure.chart").first
     chart = figure.locator(".plot")
     chart.scroll_into_view_if_needed()
@@ -322,8 +322,8 @@ def test_all_contributions_are_lines_with_a_legend_outside_the_chart(many, share
         assert figure.bounding_box()["height"] < 850
 
 
-def test_numbers_of_axes_have_no_prefixes_of_units(small, shared):
-    page = shared(small / "report.html")
+def test_numbers_of_axes_have_no_prefixes_of_units(small, shared_page):
+    page = shared_page(small / "report.html")
     chart = page.locator(".plot").first
     chart.scroll_into_view_if_needed()
     chart.locator("svg.main-svg").first.wait_for()
@@ -338,8 +338,8 @@ def test_numbers_of_axes_have_no_prefixes_of_units(small, shared):
         assert label.bounding_box()["x"] >= title["x"] + title["width"] - 1
 
 
-def test_what_an_output_does_not_depend_on_is_not_among_its_worst_inputs(small, shared):
-    page = shared(small / "report.html")
+def test_what_an_output_does_not_depend_on_is_not_among_its_worst_inputs(small, shared_page):
+    page = shared_page(small / "report.html")
     page.locator("#charts figure summary").first.wait_for()
     for summary in page.locator("#charts figure summary").all():
         summary.click()
@@ -350,8 +350,8 @@ def test_what_an_output_does_not_depend_on_is_not_among_its_worst_inputs(small, 
     assert "% wider" not in x
 
 
-def test_narrow_tubes_are_magnified_and_numbers_are_true(many, shared):
-    page = shared(many / "report.html")
+def test_narrow_tubes_are_magnified_and_numbers_are_true(many, shared_page):
+    page = shared_page(many / "report.html")
     text = page.locator("#path .reading")
     factor = float(page.locator("#path select").input_value())
     assert f"deviations drawn {factor:g} times as large" in text.inner_text()
@@ -374,8 +374,8 @@ def test_narrow_tubes_are_magnified_and_numbers_are_true(many, shared):
     assert max(radii) == pytest.approx(radius, rel=1e-4)
 
 
-def test_sliders_move_the_margins_of_limits(many, shared):
-    page = shared(many / "report.html")
+def test_sliders_move_the_margins_of_limits(many, shared_page):
+    page = shared_page(many / "report.html")
     table = page.locator(".what-if-limits")
     table.locator("tr").nth(1).wait_for()
     study, now = (float(v.split()[0]) for v in table.locator("tr").nth(1).locator("td")
@@ -413,13 +413,13 @@ study = fb.Study(response, {"e": fb.Interval(0.03, 0.04), "x": fb.Normal(0, 0.01
 """
 
 
-def test_the_path_of_a_guided_point_fills_its_chart(opened, tmp_path):
+def test_the_path_of_a_guided_point_fills_its_chart(open_page, tmp_path):
     (tmp_path / "guided.py").write_text(GUIDED, encoding="utf-8")
     result = CliRunner().invoke(
         app, ["run", str(tmp_path / "guided.py"), "-o", str(tmp_path / "out")]
     )
     assert result.exit_code == 0, result.output
-    page = opened(tmp_path / "out" / "report.html")
+    page = open_page(tmp_path / "out" / "report.html")
     page.locator("#path .plot").scroll_into_view_if_needed()
     page.wait_for_selector("#path .main-svg")
     ranges = "p => ['xaxis', 'yaxis'].map(a => p._fullLayout[a].range)"
@@ -428,8 +428,8 @@ def test_the_path_of_a_guided_point_fills_its_chart(opened, tmp_path):
     assert 0.06 < top - bottom < 0.2
 
 
-def test_inputs_have_their_units(folder, shared):
-    page = shared(folder / "report.html")
+def test_inputs_have_their_units(folder, shared_page):
+    page = shared_page(folder / "report.html")
     rows = page.locator("table", has_text="what is known of it").first.locator("tbody tr")
     cells = {
         row[0]: row for row in (line.locator("th, td").all_inner_texts() for line in rows.all())
@@ -440,17 +440,17 @@ def test_inputs_have_their_units(folder, shared):
         assert text in page.locator(".what-if-input", has_text=name).inner_text()
 
 
-def test_a_browser_may_pause_between_the_scripts_of_a_page(many, opened, tmp_path):
+def test_a_browser_may_pause_between_the_scripts_of_a_page(many, open_page, tmp_path):
     page = (many / "report.html").read_text(encoding="utf-8")
     pause = '</script><script src="pause.js"></script>'
     (tmp_path / "paused.html").write_text(page.replace("</script>", pause), encoding="utf-8")
     busy = "{ const from = performance.now(); while (performance.now() - from < 50); }"
     (tmp_path / "pause.js").write_text(busy, encoding="utf-8")
-    opened(tmp_path / "paused.html").locator(".what-if-limits").wait_for(timeout=10_000)
+    open_page(tmp_path / "paused.html").locator(".what-if-limits").wait_for(timeout=10_000)
 
 
-def test_pictures_have_the_colours_of_the_page(many, shared):
-    page = shared(many / "report.html")
+def test_pictures_have_the_colours_of_the_page(many, shared_page):
+    page = shared_page(many / "report.html")
     picture = page.locator("figure img").first
     sheet = []
     for scheme in ("light", "dark"):

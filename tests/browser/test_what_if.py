@@ -125,11 +125,11 @@ def test_bands_without_scatter_and_with_fixed_intervals(polynomial_page, polynom
     assert difference(polynomial_page, polynomial, narrower, **parts) < 2e-7
 
 
-def test_bands_of_a_vibration(opened, tmp_path, page_of):
+def test_bands_of_a_vibration(open_page, tmp_path, page_of):
     inputs = {"w": fb.Interval(60.0, 66.0), "g": fb.Normal(1.0, 0.1), "k": fb.Normal(1.0, 0.02)}
     surrogate = fb.expand(wave, inputs, fb.AdaptivePCCI(0.01))
     assert surrogate.diagnostics["carriers"].max() > 0
-    page = opened(page_of(surrogate, tmp_path / "page.html"))
+    page = open_page(page_of(surrogate, tmp_path / "page.html"))
     page.wait_for_function("flexband.data")
     for (low, high), scale in (((60.0, 66.0), 1.0), ((61.0, 63.0), 1.0), ((60.0, 66.0), 0.5)):
         narrower = surrogate.narrowed(w=fb.Interval(low, high), k=fb.Normal(1.0, 0.02 * scale))
@@ -142,7 +142,7 @@ def test_bands_of_a_vibration(opened, tmp_path, page_of):
         assert difference(page, surrogate, narrower, **parts) < 3e-7
 
 
-def test_bands_of_a_vibration_with_many_random_inputs(opened, tmp_path, page_of):
+def test_bands_of_a_vibration_with_many_random_inputs(open_page, tmp_path, page_of):
     def vibration(w, a, b, c):
         angle = ((60.0 + 2 * w + a + 0.5 * b * w)[:, None] + 0.3 * c[:, None]) * WAVE_TIMES
         return (1 + 0.1 * b)[:, None] * np.cos(angle) + (0.1 * c + 0.05 * a)[:, None] * WAVE_TIMES
@@ -152,20 +152,20 @@ def test_bands_of_a_vibration_with_many_random_inputs(opened, tmp_path, page_of)
     data, _ = what_if(surrogate, surrogate.bands())
     assert [size["name"] for size in data["sizes"]] == ["a", "b", "c"]
     assert any(model["points"]["shape"][0] > 200 for model in data["models"])
-    page = opened(page_of(surrogate, tmp_path / "page.html"))
+    page = open_page(page_of(surrogate, tmp_path / "page.html"))
     page.wait_for_function("flexband.data")
     narrower = surrogate.narrowed(a=fb.Normal(0.0, 0.7), b=fb.Normal(0.0, 0.7))
     parts = {"centers": [0.0], "radii": [1.0], "scales": [0.7, 0.7, 1.0]}
     assert difference(page, surrogate, narrower, **parts) < 3e-7
 
 
-def test_bands_over_options(opened, tmp_path, page_of):
+def test_bands_over_options(open_page, tmp_path, page_of):
     def one_kind(x, y, kind):
         return (x * y)[:, None] * (T if kind[0] == "one" else 1 - 2 * T)
 
     inputs = {"x": fb.Interval(1.0, 2.0), "y": fb.Normal(1.0, 0.1), "kind": fb.Choice("one", "two")}
     surrogate = fb.expand(one_kind, inputs, fb.PCCI(1, 1))
-    page = opened(page_of(surrogate, tmp_path / "page.html"))
+    page = open_page(page_of(surrogate, tmp_path / "page.html"))
     page.wait_for_function("flexband.data")
     narrower = surrogate.narrowed(x=fb.Interval(1.25, 1.75), y=fb.Normal(1.0, 0.05))
     parts = {"centers": [0.0], "radii": [0.5], "scales": [0.5]}
@@ -181,9 +181,9 @@ PLAYS = {
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_bands_of_smaller_plays_are_over_their_discs(opened, tmp_path, page_of, seed):
+def test_bands_of_smaller_plays_are_over_their_discs(open_page, tmp_path, page_of, seed):
     surrogate = fb.expand(drawn_polynomial(seed), PLAYS, fb.PCCI(2, 2))
-    page = opened(page_of(surrogate, tmp_path / "page.html"))
+    page = open_page(page_of(surrogate, tmp_path / "page.html"))
     page.wait_for_function("flexband.data")
     for pin, crank in ((1.0, 1.0), (0.4, 0.5)):
         narrower = surrogate.narrowed(
@@ -199,13 +199,13 @@ def test_bands_of_smaller_plays_are_over_their_discs(opened, tmp_path, page_of, 
         assert difference(page, surrogate, narrower, **parts) < 1e-7
 
 
-def test_a_play_is_narrowed_by_its_slider(opened, tmp_path, page_of):
+def test_a_play_is_narrowed_by_its_slider(open_page, tmp_path, page_of):
     surrogate = fb.expand(
         lambda pin, x: (x + 3 * pin[0] + 4 * pin[1])[:, None] * T,
         {"pin": fb.Play(0.1), "x": fb.Interval(1.0, 2.0)},
         fb.PCCI(0, 1),
     )
-    page = opened(page_of(surrogate, tmp_path / "page.html"))
+    page = open_page(page_of(surrogate, tmp_path / "page.html"))
     thumb = page.get_by_label("radius of pin")
     thumb.press("Home")
     thumb.press("PageUp")
@@ -219,8 +219,8 @@ def test_a_play_is_narrowed_by_its_slider(opened, tmp_path, page_of):
     np.testing.assert_allclose(eval(python, names)["error_bar"], [lower, upper], atol=1e-9)
 
 
-def test_a_slider_is_moved_by_keyboard(opened, tmp_path, page_of, polynomial):
-    page = opened(page_of(polynomial, tmp_path / "page.html"))
+def test_a_slider_is_moved_by_keyboard(open_page, tmp_path, page_of, polynomial):
+    page = open_page(page_of(polynomial, tmp_path / "page.html"))
     lower = page.get_by_label("lower end of e")
     lower.focus()
     for _ in range(4):
@@ -247,13 +247,13 @@ def test_a_slider_is_moved_by_keyboard(opened, tmp_path, page_of, polynomial):
     assert page.locator(".what-if-python code").inner_text() == "surrogate.bands()"
 
 
-def test_parameters_of_distributions_have_sliders(opened, tmp_path, page_of):
+def test_parameters_of_distributions_have_sliders(open_page, tmp_path, page_of):
     def line(x, y):
         return (x * y)[:, None] * T
 
     inputs = {"x": fb.Normal(fb.Interval(1.0, 3.0), 0.1), "y": fb.Uniform(1.0, 2.0)}  # pyright: ignore
     surrogate = fb.expand(line, inputs, fb.PCCI(1, 1))
-    page = opened(page_of(surrogate, tmp_path / "page.html"))
+    page = open_page(page_of(surrogate, tmp_path / "page.html"))
     page.get_by_label("keep the middle").uncheck()
     page.get_by_label("upper end of x.mean").press("PageDown")
     page.get_by_label("scatter of y").press("PageDown")
@@ -272,12 +272,12 @@ def test_parameters_of_distributions_have_sliders(opened, tmp_path, page_of):
         {"x": fb.Interval(-1.0, 1.0), "y": fb.Interval(1.0, 2.0)},
     ],
 )
-def test_inputs_of_one_kind_and_an_output_that_is_constant(opened, tmp_path, page_of, inputs):
+def test_inputs_of_one_kind_and_an_output_that_is_constant(open_page, tmp_path, page_of, inputs):
     def outputs(x, y):
         return np.stack([(x**2 * y)[:, None] * T, np.ones((len(x), 1)) * T], axis=1)
 
     surrogate = fb.expand(outputs, inputs, fb.PCCI(2, 2))
-    page = opened(page_of(surrogate, tmp_path / "page.html"))
+    page = open_page(page_of(surrogate, tmp_path / "page.html"))
     page.wait_for_function("flexband.data")
     space = surrogate.space
     full = {

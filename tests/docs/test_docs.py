@@ -106,7 +106,7 @@ def test_cells_are_python(name):
         assert "remove-cell" not in options or "setup_page" in content
 
 
-def mentioned(text):
+def paths_in(text):
     """Yield the paths of pages, of code and of tests that a text names."""
     pattern = (
         r"\b(?:docs|src|tests|benchmarks|examples|validation)/[\w./-]*\w\.(?:md|py|png|json)\b"
@@ -128,14 +128,14 @@ def test_links_lead_somewhere(name):
                     re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles
                 }
                 assert heading in anchors, target
-    for path in mentioned(PAGES[name]):
+    for path in paths_in(PAGES[name]):
         assert (ROOT / path).exists(), path
 
 
 @pytest.mark.parametrize("folder", ["src", "tests", "benchmarks", "examples", "validation", ".ci"])
 def test_files_that_code_names_exist(folder):
     for file in (ROOT / folder).rglob("*.py"):
-        for path in mentioned(file.read_text(encoding="utf-8")):
+        for path in paths_in(file.read_text(encoding="utf-8")):
             assert (ROOT / path).exists(), f"{file.relative_to(ROOT)}: {path}"
 
 

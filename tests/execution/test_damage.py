@@ -24,27 +24,27 @@ LHS = fb.LHSScanning(10, 4)
 TIMES = np.linspace(0.0, 1.0, 2)
 
 
-def labelled(a, b):
+def with_labels(a, b):
     """Return two times; some runs are not finite."""
     values = np.where(wrong(a, b)[:, None], np.nan, true_response(a, b))
     coords = {"time": TIMES, "name": ("time", ["first", "second"])}
     return xr.DataArray(values, dims=("sample", "time"), coords=coords)
 
 
-def study(folder, response=labelled, **options):
+def study(folder, response=with_labels, **options):
     return fb.propagate(response, INPUTS, LHS, store=folder, failed="skip", **options)
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory):
+def stored_study(tmp_path_factory):
     folder = tmp_path_factory.mktemp("finished")
     return folder, study(folder)
 
 
 @pytest.fixture
-def copied(finished, tmp_path):
+def store_copy(stored_study, tmp_path):
     folder = tmp_path / "copy"
-    subprocess.run(["cp", "-r", finished[0], folder], check=True)
+    subprocess.run(["cp", "-r", stored_study[0], folder], check=True)
     return folder
 
 
@@ -54,7 +54,7 @@ def calls_of(folder, **options):
 
     def counting(a, b):
         batch_sizes.append(len(a))
-        return labelled(a, b)
+        return with_labels(a, b)
 
     bands = study(fb.execution.Store(folder, allow_mismatch=True), counting, **options)
     return bands, sum(batch_sizes)
@@ -79,43 +79,47 @@ GROWING = ("inputs", "setting", "status", "reason", "seconds", "finished", "sess
 
 @pytest.mark.parametrize("damage", [flip, remove])
 @pytest.mark.parametrize("name", GROWING)
-def test_runs_of_a_damaged_chunk_run_again(name, damage, copied, finished):
-    file = next((copied / "runs.zarr" / name).glob("c*"))
+def test_runs_of_a_damaged_chunk_run_again(name, damage, store_copy, stored_study):
+    file = next((store_copy / "runs.zarr" / name).glob("c*"))
     damage(file)
     with pytest.warns(fb.errors.FlexbandWarning, match="40 runs are damaged in"):
-        bands, run_count = calls_of(copied)
-    xr.testing.assert_identical(bands["mean"], finished[1]["mean"])
+        bands, run_count = calls_of(store_copy)
+    xr.testing.assert_identical(bands["mean"], stored_study[1]["mean"])
     assert run_count >= 40
-    runs = fb.execution.open_runs(copied)
+    runs = fb.execution.open_runs(store_copy)
     assert len(runs.run) == 80
-    assert (runs.status[40:] == fb.execution.open_runs(finished[0]).status).all()
-    second, run_count = calls_of(copied)
+    assert (runs.status[40:] == fb.execution.open_runs(stored_study[0]).status).all()
+    second, run_count = calls_of(store_copy)
     xr.testing.assert_identical(second["mean"], bands["mean"])
     assert run_count <= 2
 
 
 @pytest.mark.parametrize("damage", [truncate, flip])
 @pytest.mark.parametrize("name", ["input/c.0", "time/c.0", "name/c.0", "zarr.json"])
-def test_what_cannot_be_run_again_is_there_twice(name, damage, copied, finished):
-    damage(copied / "runs.zarr" / name)
-    bands, run_count = calls_of(copied)
+def test_what_cannot_be_run_again_is_there_twice(name, damage, store_copy, stored_study):
+    damage(store_copy / "runs.zarr" / name)
+    bands, run_count = calls_of(store_copy)
     assert run_count == 2  # those that a resume makes
-    xr.testing.assert_identical(bands["mean"], finished[1]["mean"])
-    assert fb.execution.open_runs(copied).load().equals(fb.execution.open_runs(finished[0]).load())
+    xr.testing.assert_identical(bands["mean"], stored_study[1]["mean"])
+    assert (
+        fb.execution.open_runs(store_copy)
+        .load()
+        .equals(fb.execution.open_runs(stored_study[0]).load())
+    )
 
 
 @pytest.mark.parametrize("damage", [truncate, flip, remove])
-def test_both_copies_damaged_are_refused(damage, copied):
+def test_both_copies_damaged_are_refused(damage, store_copy):
     for name in ("zarr.json", "zarr.json.copy"):
-        damage(copied / "runs.zarr" / name)
-    content = {f: f.read_bytes() for f in copied.rglob("*") if f.is_file()}
+        damage(store_copy / "runs.zarr" / name)
+    content = {f: f.read_bytes() for f in store_copy.rglob("*") if f.is_file()}
     with pytest.raises(fb.errors.StoreError, match="and its copy are missing or damaged"):
-        study(copied)
-    assert {f: f.read_bytes() for f in copied.rglob("*") if f.is_file()} == content
+        study(store_copy)
+    assert {f: f.read_bytes() for f in store_copy.rglob("*") if f.is_file()} == content
 
 
-def test_a_kill_while_damage_is_mended_gives_no_run_another_value(copied, monkeypatch):
-    flip(copied / "runs.zarr" / "outputs" / "c.0.0")
+def test_a_kill_while_damage_is_mended_gives_no_run_another_value(store_copy, monkeypatch):
+    flip(store_copy / "runs.zarr" / "outputs" / "c.0.0")
     write = growing.write_synced
     remaining = [0]
 
@@ -131,12 +135,12 @@ def test_a_kill_while_damage_is_mended_gives_no_run_another_value(copied, monkey
         remaining[0] = count
         with warnings.catch_warnings(), suppress(KeyboardInterrupt):
             warnings.simplefilter("ignore")
-            study(copied)
+            study(store_copy)
             break
     assert count > 5
-    with fb.execution.open_runs(copied) as runs:
+    with fb.execution.open_runs(store_copy) as runs:
         successes = runs.sel(run=runs.status == 1).load()
-    np.testing.assert_array_equal(successes.outputs, labelled(*successes.inputs.values.T))
+    np.testing.assert_array_equal(successes.outputs, with_labels(*successes.inputs.values.T))
 
 
 def unfinished(folder):
@@ -207,20 +211,20 @@ def test_a_damaged_journal_keeps_what_is_whole(damage, intact_count, tmp_path):
 
 
 @pytest.mark.parametrize("damage", [truncate, flip, remove])
-def test_both_copies_of_a_coordinate_damaged_are_refused(damage, copied):
+def test_both_copies_of_a_coordinate_damaged_are_refused(damage, store_copy):
     for name in ("time/c.0", "time/copy"):
-        damage(copied / "runs.zarr" / name)
+        damage(store_copy / "runs.zarr" / name)
     with pytest.raises(fb.errors.StoreError, match=r"time/c\.0 is missing or damaged"):
-        study(copied)
+        study(store_copy)
 
 
-def test_a_newer_store_is_refused(copied):
-    file = copied / "runs.zarr" / "zarr.json"
+def test_a_newer_store_is_refused(store_copy):
+    file = store_copy / "runs.zarr" / "zarr.json"
     metadata = json.loads(file.read_text())
     metadata["attributes"]["format"] = growing.FORMAT + 1
     file.write_text(json.dumps(metadata))
     with pytest.raises(fb.errors.StoreError, match="newer version of flexband"):
-        study(copied)
+        study(store_copy)
 
 
 def test_a_folder_that_cannot_be_written_to_is_refused(tmp_path):
@@ -233,11 +237,11 @@ def test_a_folder_that_cannot_be_written_to_is_refused(tmp_path):
         fb.execution.open_runs(tmp_path)
 
 
-def test_a_clock_that_goes_backwards_changes_nothing(tmp_path, finished, monkeypatch):
+def test_a_clock_that_goes_backwards_changes_nothing(tmp_path, stored_study, monkeypatch):
     clock = iter(np.linspace(2e9, 1e9, 10_000))
     monkeypatch.setattr(time, "time", lambda: float(next(clock)))
     bands = study(tmp_path, batch=3)
-    xr.testing.assert_identical(bands["mean"], finished[1]["mean"])
+    xr.testing.assert_identical(bands["mean"], stored_study[1]["mean"])
     assert study(tmp_path)["mean"].equals(bands["mean"])
     assert (np.diff(fb.execution.open_runs(tmp_path).finished) <= 0).all()
 
@@ -337,16 +341,16 @@ def test_a_disk_that_is_full_at_times_loses_nothing(seed, tmp_path, monkeypatch)
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fb.errors.FlexbandWarning)
-        bands = fb.propagate(delayed, INPUTS, LHS, store=tmp_path, batch=4, progress=progress)
+        bands = fb.propagate(delay, INPUTS, LHS, store=tmp_path, batch=4, progress=progress)
     monkeypatch.undo()
     np.testing.assert_array_equal(bands["mean"], fb.propagate(true_response, INPUTS, LHS)["mean"])
-    fb.propagate(delayed, INPUTS, LHS, store=tmp_path)
+    fb.propagate(delay, INPUTS, LHS, store=tmp_path)
     runs = fb.execution.open_runs(tmp_path)
     assert len(runs.run) == 40
     np.testing.assert_array_equal(runs.outputs, true_response(*runs.inputs.values.T))
 
 
-def delayed(a, b):
+def delay(a, b):
     time.sleep(0.005)
     return true_response(a, b)
 

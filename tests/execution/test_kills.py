@@ -37,7 +37,7 @@ def runs_of(log):
     return Path(log).read_text().split("\n")[:-1] if Path(log).exists() else []
 
 
-def recorded(folder):
+def recorded_values(folder):
     """Return the values of all runs that are recorded, in the arrays and the journal, by inputs."""
     path = Path(folder) / "runs.zarr"
     if not (path / "zarr.json").exists():
@@ -82,7 +82,7 @@ def test_a_study_that_is_killed_goes_on_where_it_was(seed, tmp_path):
         assert process.exitcode == -signal.SIGKILL
         repeats = set(runs_of(log)[first_count:]) & before.keys()
         assert len(repeats) <= 2  # those that a resume makes
-        after = recorded(folder)
+        after = recorded_values(folder)
         assert before.items() <= after.items()
         begun_runs = set(runs_of(log))
         assert len(begun_runs - after.keys()) <= 4 * BATCH  # one call in flight for each kill

@@ -23,7 +23,7 @@ def of_as_many_times(x, e):
     return e * np.exp(-x * T)
 
 
-def labelled(x, e):
+def with_labels(x, e):
     values = e * np.exp(-x * T)
     return xr.DataArray([values, values**2], dims=("output", "time"), coords={"time": T})
 
@@ -37,7 +37,7 @@ def test_samples_are_stacked():
     of_samples = fb.propagate(fb.models.samplewise(of_as_many_times), INPUTS, fb.PCCI(3, 3))
     for name in ("mean", "error_bar"):
         np.testing.assert_allclose(of_samples[name], bands[name], rtol=1e-12)
-    result = fb.models.samplewise(labelled)(x=np.array([0.0, 1.0]), e=np.ones(2))
+    result = fb.models.samplewise(with_labels)(x=np.array([0.0, 1.0]), e=np.ones(2))
     assert result.dims == ("sample", "output", "time")
     np.testing.assert_array_equal(result["time"], T)
     np.testing.assert_allclose(result[1, 0], np.exp(-T))

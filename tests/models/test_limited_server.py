@@ -23,7 +23,7 @@ def server(monkeypatch):
         yield served
 
 
-def connected(server):
+def connect(server):
     address = urlsplit(server.url)
     return socket.create_connection((address.hostname, address.port), timeout=5)
 
@@ -37,7 +37,7 @@ def answer(connection):
 
 
 def request(server, body, *, size=None, head=""):
-    connection = connected(server)
+    connection = connect(server)
     length = len(body) if size is None else size
     connection.sendall(
         f"POST /Evaluate HTTP/1.1\r\nHost: {urlsplit(server.url).netloc}\r\n{head}"
@@ -55,7 +55,7 @@ def evaluation(number="2.0"):
     [b"", b"POST /Ev", b"POST /Evaluate HTTP/1.1\r\nContent-Length: 90\r\n\r\n{"],
 )
 def test_requests_that_are_not_finished_are_ended(server, request_start, capfd):
-    connection = connected(server)
+    connection = connect(server)
     start = time.monotonic()
     connection.sendall(request_start)
     assert answer(connection) == b""
@@ -69,15 +69,15 @@ def test_a_request_that_comes_a_byte_at_a_time_is_ended(server):
             connection.sendall(bytes([byte]))
             time.sleep(0.02)
 
-    with connected(server) as connection, pytest.raises(ConnectionError):
+    with connect(server) as connection, pytest.raises(ConnectionError):
         send_slowly(connection)
 
 
 def test_further_connections_are_closed(server):
-    connections = [connected(server) for _ in range(LIMITS.connections)]
+    connections = [connect(server) for _ in range(LIMITS.connections)]
     time.sleep(0.1)
     start = time.monotonic()
-    assert answer(connected(server)) == b""
+    assert answer(connect(server)) == b""
     assert time.monotonic() - start < 0.3  # at once, not after the time of idle ones
     for connection in connections:
         connection.close()

@@ -39,7 +39,7 @@ def series(folder):
     return xr.DataArray(x, dims="time", coords={"time": time})
 
 
-def printed(folder):
+def read_number(folder):
     return float((folder / "stdout.txt").read_text())
 
 
@@ -90,7 +90,7 @@ def test_texts_and_numbers_are_arguments_without_a_shell():
     program = fb.models.ExternalProgram(
         [sys.executable, "-c", "import sys; print(len(sys.argv[1]) * int(sys.argv[2]))",
          "${material}; rm -rf '*' $HOME", "${turns:d}"],
-        read=printed,
+        read=read_number,
     )  # fmt: skip
     result = program(material=np.array(["steel", "hard brass"]), turns=[1, 2])
     np.testing.assert_array_equal(result, [5 + 18, 2 * (10 + 18)])
@@ -98,7 +98,7 @@ def test_texts_and_numbers_are_arguments_without_a_shell():
 
 
 def run_one(command, **settings):
-    arguments = {"read": printed, **settings}
+    arguments = {"read": read_number, **settings}
     return fb.models.ExternalProgram([*shell(command), "${x}"], **arguments)(x=[1.0])
 
 
@@ -180,7 +180,7 @@ def test_programs_are_found_from_the_current_folder(tmp_path, monkeypatch):
     (tmp_path / "tool").write_text("#!/bin/sh\necho $1\n")
     (tmp_path / "tool").chmod(0o755)
     monkeypatch.chdir(tmp_path)
-    program = fb.models.ExternalProgram(["./tool", "${x}"], read=printed)
+    program = fb.models.ExternalProgram(["./tool", "${x}"], read=read_number)
     monkeypatch.chdir("/")
     assert pickle.loads(pickle.dumps(program))(x=[2.0]) == [2.0]
 
@@ -206,17 +206,17 @@ def test_programs_are_found_from_the_current_folder(tmp_path, monkeypatch):
 )
 def test_bad_descriptions_are_refused(settings, text):
     with pytest.raises(fb.errors.InputError, match=text):
-        fb.models.ExternalProgram(**{"command": ["cat", "${x}"], "read": printed, **settings})
+        fb.models.ExternalProgram(**{"command": ["cat", "${x}"], "read": read_number, **settings})
 
 
 def test_names_and_values_are_checked():
-    program = fb.models.ExternalProgram(["echo", "${stiffness:.0f}"], read=printed)
+    program = fb.models.ExternalProgram(["echo", "${stiffness:.0f}"], read=read_number)
     with pytest.raises(fb.errors.InputError, match="name mass, which the response does not take"):
         fb.propagate(program, INPUTS, fb.PCCI(1, 1))
     with pytest.raises(
         fb.errors.InputError, match="the response needs stiffness, which inputs do not"
     ):
-        fb.propagate(fb.models.ExternalProgram(["echo", "${stiffness} ${mass}"], read=printed),
+        fb.propagate(fb.models.ExternalProgram(["echo", "${stiffness} ${mass}"], read=read_number),
                      {"mass": INPUTS["mass"]}, fb.PCCI(1, 1))  # fmt: skip
     with pytest.raises(fb.errors.InputError, match="placeholders are stiffness; got values of k"):
         program(k=[1.0])
@@ -236,7 +236,7 @@ def test_names_and_values_are_checked():
 
 
 def test_a_field_reaches_a_program_by_its_values():
-    program = fb.models.ExternalProgram(["echo", "${a}"], read=printed)
+    program = fb.models.ExternalProgram(["echo", "${a}"], read=read_number)
     field = fb.IntervalField(1.0, 2.0, length=1.0, domain=(0.0, 1.0))
     response = fb.models.samplewise(lambda E: program.sample(a=E(0.0)))
     bands = fb.propagate(response, {"E": field}, fb.PCCI(0, 1))
@@ -247,7 +247,7 @@ def test_a_store_knows_the_template_and_the_program(tmp_path):
     def fingerprint_of(text="k = ${x}", script="print(1)", **settings):
         (tmp_path / "script.py").write_text(script)
         command = [sys.executable, str(tmp_path / "script.py")]
-        arguments = {"read": printed, "files": {"m": text}, **settings}
+        arguments = {"read": read_number, "files": {"m": text}, **settings}
         return fingerprint(fb.models.ExternalProgram(command, **arguments))
 
     first = fingerprint_of()

@@ -289,7 +289,7 @@ def free_port():
         return listener.getsockname()[1]
 
 
-def waited_for(url):
+def wait_for(url):
     deadline = time.monotonic() + 20.0
     while True:
         try:
@@ -304,7 +304,7 @@ def test_serve_ends_with_an_interrupt():
     code = f"import flexband as fb; fb.models.serve(lambda x: 2 * x, {{'x': 1.0}}, port={port})"
     process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     try:
-        waited_for(f"http://127.0.0.1:{port}")
+        wait_for(f"http://127.0.0.1:{port}")
         model = fb.models.UMBridgeModel(f"http://localhost:{port}", "flexband", ["x"])
         assert model(x=[3.0]).item() == 6.0
         process.send_signal(signal.SIGINT)
@@ -354,7 +354,7 @@ def test_the_packages_server():
     )  # fmt: skip
     try:
         url = f"http://127.0.0.1:{port}"
-        waited_for(url)
+        wait_for(url)
         model = fb.models.UMBridgeModel(url, "forward", ["a", "b", "c"], config={"factor": 10.0})
         result = model(a=[2.0, 1.0], b=[3.0, 1.0], c=[0.5, 0.25])
         np.testing.assert_array_equal(result[:, 0], [[60.0, 0.5], [10.0, 0.25]])

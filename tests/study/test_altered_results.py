@@ -32,7 +32,7 @@ def call(*words):
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory):
+def study_folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("study")
     study = folder / "study.py"
     study.write_text(STUDY, encoding="utf-8")
@@ -43,8 +43,8 @@ def finished(tmp_path_factory):
 
 
 @pytest.fixture
-def copied(finished, tmp_path):
-    shutil.copytree(finished, tmp_path / "copy")
+def study_copy(study_folder, tmp_path):
+    shutil.copytree(study_folder, tmp_path / "copy")
     return tmp_path / "copy" / "study.py", tmp_path / "copy" / "out"
 
 
@@ -59,8 +59,8 @@ def text_of(result):
     return " ".join(result.output.split())
 
 
-def test_every_altered_result_is_refused_and_run_restores_it(copied):
-    study, out = copied
+def test_every_altered_result_is_refused_and_run_restores_it(study_copy):
+    study, out = study_copy
     contents = {name: (out / name).read_bytes() for name in RESULTS}
     for name in RESULTS:
         for seed in range(3):
@@ -84,8 +84,8 @@ def test_every_altered_result_is_refused_and_run_restores_it(copied):
         assert (out / name).read_bytes() == contents[name]
 
 
-def test_bands_with_other_values_and_answers_beside_an_altered_page_are_refused(copied):
-    _, out = copied
+def test_bands_with_other_values_and_answers_beside_an_altered_page_are_refused(study_copy):
+    _, out = study_copy
     bands = xr.open_dataset(out / "bands.nc").load()
     bands["mean"] = 2 * bands["mean"]
     bands.to_netcdf(out / "bands.nc", engine="scipy")  # which keeps the attributes
@@ -98,8 +98,8 @@ def test_bands_with_other_values_and_answers_beside_an_altered_page_are_refused(
     assert (result.exit_code, "page.json is not as written" in text_of(result)) == (1, True)
 
 
-def test_a_result_in_study_json_that_was_altered_is_not_told(copied):
-    study, out = copied
+def test_a_result_in_study_json_that_was_altered_is_not_told(study_copy):
+    study, out = study_copy
     about = json.loads((out / "study.json").read_text(encoding="utf-8"))
     about["result"]["label"] = "All is well."
     (out / "study.json").write_text(json.dumps(about), encoding="utf-8")
@@ -109,8 +109,8 @@ def test_a_result_in_study_json_that_was_altered_is_not_told(copied):
     assert "not as written" not in text_of(call("status", out))
 
 
-def test_what_is_read_is_what_was_written(finished):
-    file = finished / "out" / "bands.nc"
+def test_what_is_read_is_what_was_written(study_folder):
+    file = study_folder / "out" / "bands.nc"
     with xr.open_dataset(file, engine="scipy") as opened:
         plain = opened.load()
     read = read_netcdf(file)

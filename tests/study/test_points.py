@@ -36,14 +36,14 @@ def call(*arguments, status=0):
     return " ".join(result.output.split())
 
 
-def asked(out):
+def read_points(out):
     with (out / "points.csv").open(encoding="utf-8") as file:
         return list(csv.DictReader(file))
 
 
 def answer(out, to):
     """Run the model at the points, as somebody else would: from the file alone."""
-    rows = asked(out)
+    rows = read_points(out)
     a, b = (np.array([float(row[name]) for row in rows]) for name in "ab")
     values = model(a, b, [row["oil"] for row in rows])
     if to.suffix == ".nc":
@@ -80,7 +80,7 @@ def test_round_by_round_until_the_method_has_converged(file, tmp_path):
         rounds += 1
         results = tmp_path / ("results.nc" if rounds % 2 else "results.csv")
         answer(out, results)
-        assert f"{are(len(asked(out)), 'run')} recorded, 0 of" in call(
+        assert f"{are(len(read_points(out)), 'run')} recorded, 0 of" in call(
             "import-results", out, results
         )
     assert result.exit_code == 0, result.output
@@ -130,7 +130,7 @@ def test_results_that_do_not_fit_are_refused(file, tmp_path):
     assert "0 runs are recorded" in second
     assert "results.csv has no values for it" in call("status", out)
     call("export-points", file, "-o", out, status=4)
-    assert asked(out)[0]["number"] == cells[-1]  # it keeps its number
+    assert read_points(out)[0]["number"] == cells[-1]  # it keeps its number
 
 
 def test_points_need_a_response_elsewhere(file, tmp_path):

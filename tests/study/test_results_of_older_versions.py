@@ -20,7 +20,7 @@ OLDER = Path(__file__).parent / "results_of_ce872fc.zip"
 RESTORED = "`flexband run` restores it"
 
 
-def unpacked(archive, name, path):
+def unpack(archive, name, path):
     """Return the folder of a study in an archive, beside its file."""
     with zipfile.ZipFile(archive) as opened:
         opened.extractall(path)
@@ -35,7 +35,7 @@ def unpacked(archive, name, path):
 def folder(tmp_path, monkeypatch):
     """The folder of a study, beside its file."""
     monkeypatch.chdir(tmp_path)
-    return unpacked(OLDER, "decay", tmp_path)
+    return unpack(OLDER, "decay", tmp_path)
 
 
 def call(*words, status=0):
@@ -93,7 +93,7 @@ AGAIN = "computes runs and answers otherwise now; `flexband run` computes them a
 def bob(tmp_path, monkeypatch):
     """The folder of a study with lower numbers, beside its file."""
     monkeypatch.chdir(tmp_path)
-    return unpacked(OUTDATED, "bob", tmp_path)
+    return unpack(OUTDATED, "bob", tmp_path)
 
 
 @pytest.mark.parametrize(

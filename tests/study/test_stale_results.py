@@ -30,12 +30,12 @@ def test_answers_of_earlier_results_are_left_out_after_an_interrupt(tmp_path, mo
     assert call(*run).exit_code == 0
     assert call("distribution", out).exit_code == 0
 
-    def interrupted(*_, **__):
+    def interrupt(*_, **__):
         raise KeyboardInterrupt
 
     study.write_text(STUDY.format(upper=1.02), encoding="utf-8")
     with monkeypatch.context() as patched:
-        patched.setattr("flexband.study.steps.verify", interrupted)
+        patched.setattr("flexband.study.steps.verify", interrupt)
         assert call(*run).exit_code == 130
     refused = call("report", out)  # new bands with what was said of the others
     assert refused.exit_code == 1

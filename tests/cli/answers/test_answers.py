@@ -135,7 +135,7 @@ def test_answers_of_an_earlier_run_are_marked(tmp_path):
         assert "stale" not in new.attrs
 
 
-def refused(*arguments):
+def refusal(*arguments):
     result = CliRunner().invoke(app, [*map(str, arguments)])
     assert result.exit_code == 2
     return " ".join(result.output.split())
@@ -155,11 +155,11 @@ def test_a_series_without_labels_needs_no_names(tmp_path):
     run("distribution", tmp_path, "--kind", "p-box", "--time", 10)
     with xr.open_dataset(tmp_path / "p_box.nc") as distribution:
         assert distribution["value"].values[[0, -1]] == pytest.approx([0.5, 1.0], rel=1e-6)
-    assert "positions from 0 to 20, since dim_1 has no labels" in refused(
+    assert "positions from 0 to 20, since dim_1 has no labels" in refusal(
         "distribution", tmp_path, "--kind", "p-box", "--time", 3.5
     )
     for command in (("derived", tmp_path, "peak", "x"), ("path", tmp_path, "x", "y")):
-        assert "response names no outputs; got 'x'. If it has one only" in refused(*command)
+        assert "response names no outputs; got 'x'. If it has one only" in refusal(*command)
 
 
 def test_several_series_without_labels_need_names(tmp_path, folder):
@@ -168,5 +168,5 @@ def test_several_series_without_labels_need_names(tmp_path, folder):
 
     surrogate = fb.expand(two, {"e": fb.Interval(-1.0, 1.0)}, fb.PCCI(1, 1))
     fb.save_surrogate(surrogate, tmp_path / "surrogate.npz")
-    assert 'name them by the labels of a dim "output"' in refused("derived", tmp_path, "peak")
-    assert "one of several outputs: X, Y, w; got none" in refused("derived", folder, "peak")
+    assert 'name them by the labels of a dim "output"' in refusal("derived", tmp_path, "peak")
+    assert "one of several outputs: X, Y, w; got none" in refusal("derived", folder, "peak")

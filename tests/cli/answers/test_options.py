@@ -137,7 +137,7 @@ def outputs_of(folder, command, arguments):
     with pytest.MonkeyPatch.context() as patch:
         results = []
         for module, name in ANSWERS:
-            patch.setattr(module, name, recorded(getattr(module, name), results))
+            patch.setattr(module, name, recorder(getattr(module, name), results))
         patch.setattr(Figure, "savefig", save_artists)
         trust = ["--trust"] * (command in LOADING)
         result = run(command, folder, *arguments, *trust)
@@ -168,7 +168,7 @@ def save_artists(figure, file, **_):
         file.write_text(repr(parts), encoding="utf-8")
 
 
-def recorded(function, results):
+def recorder(function, results):
     """Return a function that also appends what it returns to a list."""
 
     def call(*arguments, **options):
@@ -179,7 +179,7 @@ def recorded(function, results):
     return call
 
 
-def changed(arguments, option, value):
+def with_option(arguments, option, value):
     """Return arguments with another value of an option."""
     remaining = [*map(str, arguments)]
     words = []
@@ -203,7 +203,7 @@ def test_every_option_changes_what_is_printed_drawn_and_dumped(command, case, re
     text, answer, pictures = outputs_of(out, command, always)
     assert bool(pictures) == (command not in WITHOUT)
     for option, value in options.items():
-        other = outputs_of(out, command, changed(always, option, value))
+        other = outputs_of(out, command, with_option(always, option, value))
         assert other[0] != text, option
         assert other[1] != answer, option
         if option not in SAMPLING and pictures:

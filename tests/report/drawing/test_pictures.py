@@ -25,13 +25,13 @@ def tree(address):
     return ElementTree.fromstring(b64decode(content))
 
 
-def written(address):
+def texts_in(address):
     return {element.text for element in tree(address).iter(f"{SVG}text")}
 
 
 @pytest.mark.parametrize("model", [slider_crank(), four_bar()])
 def test_the_same_names_and_lengths_are_written_as_by_matplotlib(model):
-    assert set(texts(fb.draw(model))) <= written(mechanism_picture(model))
+    assert set(texts(fb.draw(model))) <= texts_in(mechanism_picture(model))
 
 
 def test_lines_are_drawn_to_scale():
@@ -69,7 +69,9 @@ def test_fields_are_drawn_with_their_limits():
     limits = fb.IntervalField(1.0, 3.0, length=2.0, domain=(0.0, 2.0))
     spread = fb.RandomField(5.0, 0.5, correlation_length=2.0, domain=(0.0, 2.0))
     address = fields_picture({"a": limits, "b": spread}, {"a": "time"})
-    assert {"a", "b", "limits", "μ ± σ", "time [s]", "position [m] or time [s]"} <= written(address)
+    assert {"a", "b", "limits", "μ ± σ", "time [s]", "position [m] or time [s]"} <= texts_in(
+        address
+    )
     curves = [
         e.attrib["d"] for e in tree(address).iter(f"{SVG}path") if e.get("stroke") == "#5b9bd0"
     ]

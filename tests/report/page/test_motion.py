@@ -51,7 +51,7 @@ INPUTS = {"length": fb.Interval(1.99, 2.01), "youngs_modulus": fb.Normal(2e8, 1e
 RESPONSE = fb.dynamic_response(four_bar, duration=OUTPUTS * STEP, step=STEP / 2, output_step=STEP)
 
 
-def unpacked(record):
+def unpack(record):
     planes = np.frombuffer(zlib.decompress(b64decode(record["data"])), np.uint8)
     values = planes.reshape(record["bytes"], -1).T.copy().view(f"<i{record['bytes']}")
     if "quantum" not in record:
@@ -98,7 +98,7 @@ def beam_of(motion, name):
     (marks,) = [s for s in motion["shapes"] if s.get("color") == "flexible" and "spacing" in s]
     nodes = [frame["origin"] for stroke in marks["strokes"] for frame in stroke["frames"]]
     (stroke,) = shape_of(motion, f"body {name!r}")["strokes"]
-    half = unpacked(motion["vertices"])[stroke["first"] : stroke["first"] + len(axis), 1]
+    half = unpack(motion["vertices"])[stroke["first"] : stroke["first"] + len(axis), 1]
     return axis, nodes, half
 
 
@@ -108,8 +108,8 @@ def entry_of(kind, name):
 
 
 def test_points_move_as_in_a_simulation():
-    times = unpacked(tree()["times"])
-    position = unpacked(tree()["position"])
+    times = unpack(tree()["times"])
+    position = unpack(tree()["position"])
     np.testing.assert_allclose(times, np.arange(0, OUTPUTS + 1, 2) * STEP, atol=1e-12)
     size = np.abs(position).max()
     for body, corner, point in (("rocker", 0, "rocker.start"), ("rocker", 1, "rocker.end")):
@@ -127,7 +127,7 @@ def test_ends_of_a_bent_beam_are_where_its_joints_are():
     assert nodes == axis[::8]
     crank, rocker = (points(tree(), f"body {name!r}") for name in ("crank", "rocker"))
     joints = {name: points(tree(), f"joint {name!r}") for name in "BC"}
-    position = unpacked(tree()["position"])
+    position = unpack(tree()["position"])
     quantum = tree()["position"]["quantum"]
     for node, corners in ((axis[0], joints["B"] + crank[1:]), (axis[-1], joints["C"] + rocker[1:])):
         for corner in corners:
@@ -138,9 +138,9 @@ def test_ends_of_a_bent_beam_are_where_its_joints_are():
 
 
 def test_arrows_are_reactions_and_applied_forces():
-    times = unpacked(tree()["times"])
-    forces = unpacked(tree()["force"])
-    position = unpacked(tree()["position"])
+    times = unpack(tree()["times"])
+    forces = unpack(tree()["force"])
+    position = unpack(tree()["position"])
     quantum = tree()["force"]["quantum"]
     for name in "ABCD":
         arrow = entry_of("forces", name)
@@ -159,8 +159,8 @@ def test_arrows_are_reactions_and_applied_forces():
 
 def test_samples_are_motions_of_other_inputs():
     samples = tree()["samples"]
-    times = unpacked(tree()["times"])
-    deviation = unpacked(samples["deviation"])
+    times = unpack(tree()["times"])
+    deviation = unpack(samples["deviation"])
     assert deviation.shape == (23, len(samples["points"]), 2, len(times))
     (beam,) = [outline for outline in samples["outlines"] if len(outline["points"]) > 2]
     end = [samples["points"][k] for k in beam["points"]].index(beam_of(tree(), "coupler")[0][-1])
@@ -199,12 +199,12 @@ def test_gears_racks_and_guides():
     response = fb.dynamic_response(gears, duration=0.1, step=0.01)
     motion, reasons = motion_data(response, Space({}), samples=0)
     assert motion is not None, reasons
-    position = unpacked(motion["position"])
-    direction = unpacked(motion["direction"])
+    position = unpack(motion["position"])
+    direction = unpack(motion["direction"])
     turns = [direction[frame["turn"]] for frame in frames(motion, "joint 'teeth'")]
     angles = [np.arctan2(y, x) for x, y in turns]
-    np.testing.assert_allclose(angles[0], 2.0 * unpacked(motion["times"]), atol=2e-3)
-    np.testing.assert_allclose(angles[1], -1.0 * unpacked(motion["times"]), atol=2e-3)
+    np.testing.assert_allclose(angles[0], 2.0 * unpack(motion["times"]), atol=2e-3)
+    np.testing.assert_allclose(angles[1], -1.0 * unpack(motion["times"]), atol=2e-3)
     ends = position[list(frames(motion, "joint 'rack'")[0]["ends"])]
     np.testing.assert_allclose(ends[:, 1], -0.1, atol=1e-4)
     np.testing.assert_allclose(ends[:, 0, -1] - ends[:, 0, 0], 0.02, atol=1e-4)
@@ -264,8 +264,8 @@ def test_a_mechanism_at_rest_has_one_instant():
     assert motion is not None
     (number,) = points(motion, "body 'm'")
     assert motion["times"]["shape"] == [1]
-    assert -1.099 < unpacked(motion["position"])[number, 1, 0] < -1.09
-    assert np.ptp(unpacked(motion["samples"]["deviation"])[:, 0, 1, 0]) == pytest.approx(0.02, 0.1)
+    assert -1.099 < unpack(motion["position"])[number, 1, 0] < -1.09
+    assert np.ptp(unpack(motion["samples"]["deviation"])[:, 0, 1, 0]) == pytest.approx(0.02, 0.1)
 
 
 def test_a_drive_that_ends_is_drawn():
@@ -306,7 +306,7 @@ def test_the_motion_of_a_study_has_its_discretization_and_first_options():
     first = surrogate.surrogates["0.02"]
     elements = int(first.diagnostics.attrs["discretization"].rpartition(" ")[2])
     assert len(nodes) - 1 == elements
-    nominal = unpacked(motion["position"])[axis[-1]]
+    nominal = unpack(motion["position"])[axis[-1]]
     mean = first.bands()["mean"].sel(output="tip_Y")
     lower, upper = mean.values
     slack = 1e-3 + (upper - lower)

@@ -32,10 +32,10 @@ class StepError:
 
     def __call__(self, **values):
         values = {name: v[:, None] for name, v in values.items()}
-        return labelled(self.law(self.h, **values))
+        return with_labels(self.law(self.h, **values))
 
 
-def labelled(outputs):
+def with_labels(outputs):
     return xr.DataArray(
         np.stack(np.broadcast_arrays(*outputs), axis=1),
         dims=("sample", "output", "time"),
@@ -218,7 +218,7 @@ class CancellingError(StepError):
         h = self.h**2
         n = self.n**2
         shift = (0.5 * h - 0.5 * n - 0.1 * h * n) * np.cos(2 * TIMES)
-        return labelled((x[:, None] * (1 + TIMES) + e[:, None] * (1 + 0.2 * shift) + shift,))
+        return with_labels((x[:, None] * (1 + TIMES) + e[:, None] * (1 + 0.2 * shift) + shift,))
 
 
 def test_errors_of_step_and_elements_that_cancel_are_not_underestimated():

@@ -29,7 +29,7 @@ FORMULAS = [
 ]
 
 
-def sampled(case, corners, inside, samples):
+def bands_of_samples(case, corners, inside, samples):
     """Return bands from samples ξ at random η: lower bounds of the true ranges."""
     space = Space(case.inputs)
     n = space.random_dimension
@@ -53,7 +53,7 @@ def sampled(case, corners, inside, samples):
 def test_references_agree_with_samples(family):
     case = draw(family, 5)
     truth = case.reference(1)
-    ranges = sampled(case, 16, 64, 256)
+    ranges = bands_of_samples(case, 16, 64, 256)
     width = (truth[1][1] - truth[1][0]).mean(axis=-1) + 1e-9 * np.abs(truth[1]).mean(axis=(0, 2))
     for exact, bounds in zip(truth, ranges, strict=True):
         outside = np.maximum(exact[0] - bounds[0], bounds[1] - exact[1]).mean(axis=-1)
@@ -152,7 +152,7 @@ def test_verdicts(true, claim, expected):
 def test_references_of_a_mechanism_agree_with_samples():
     case = draw("pendulum", 4)
     truth = case.reference(1)
-    ranges = sampled(case, 8, 8, 32)
+    ranges = bands_of_samples(case, 8, 8, 32)
     width = (truth[1][1] - truth[1][0]).mean(axis=-1)
     for exact, bounds in zip(truth, ranges, strict=True):
         assert (np.abs(exact - bounds).mean(axis=(0, 2)) < 0.1 * width).all()

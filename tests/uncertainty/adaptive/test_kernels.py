@@ -24,7 +24,7 @@ BANDS = "mean", "error_bar"
 DRAWN = ("friction", 500), ("veering", 500), ("stops", 501)
 
 
-def solved() -> list[list]:
+def numbers_of_cases() -> list[list]:
     """Return runs, expected error, interval mean and error bar of each case."""
     three = {"x": NORMAL, "y": NORMAL, "z": NORMAL, "e": INTERVAL}
     cases = [
@@ -54,7 +54,7 @@ def test_bands_differ_by_rounding_only(kernel):
         env=os.environ | {"OPENBLAS_CORETYPE": kernel, "PYTHONPATH": paths},
         capture_output=True, text=True, check=True,
     )  # fmt: skip
-    for ours, reference in zip(solved(), json.loads(process.stdout), strict=True):
+    for ours, reference in zip(numbers_of_cases(), json.loads(process.stdout), strict=True):
         assert ours[0] == reference[0]
         assert ours[1] == pytest.approx(reference[1], rel=1e-6, abs=1e-14)
         for band, other in zip(ours[2:], reference[2:], strict=True):
@@ -62,4 +62,4 @@ def test_bands_differ_by_rounding_only(kernel):
 
 
 if __name__ == "__main__":
-    print(json.dumps(solved()))
+    print(json.dumps(numbers_of_cases()))

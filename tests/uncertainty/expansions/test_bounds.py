@@ -22,7 +22,7 @@ def random_expansion(m, n, order, series, seed):
     return HybridExpansion((HERMITE,) * n, index, terms)
 
 
-def widened(result, reference):
+def widening(result, reference):
     """Return how much lower and higher the reference is, relative to the width, (series,)."""
     low = np.minimum(result.values[0], reference.values[0])
     high = np.maximum(result.values[1], reference.values[1])
@@ -44,7 +44,7 @@ def test_extremes_are_not_missed(m, n, order, monkeypatch):
         monkeypatch.setattr(bounds, "scan", lambda orders, part=part: part)
         references = extremes(expansion, SIGMAS[: 1 + 2 * bool(n)])
         for result, reference in zip(results, references, strict=True):
-            assert np.count_nonzero(widened(result, reference) > 1e-4) == 0
+            assert np.count_nonzero(widening(result, reference) > 1e-4) == 0
 
 
 def test_the_lowest_of_many_equal_valleys():

@@ -22,7 +22,7 @@ def expansion(m, order, discs, series=20, seed=0):
     return HybridExpansion((), index, coefficients, discs)
 
 
-def scanned(m, discs, count=50_000):
+def scan_points(m, discs, count=50_000):
     rng = np.random.default_rng(1)
     points = rng.uniform(-1, 1, (count, m))
     ends = rng.random(points.shape) < 0.5
@@ -54,7 +54,7 @@ def test_a_linear_response_reaches_its_slope_times_the_radius(m, discs):
 def test_bounds_of_random_polynomials_are_not_below_a_dense_scan(m, order, discs):
     polynomials = expansion(m, order, discs)
     (bounds,) = extremes(polynomials, [0.0])
-    values = polynomials.evaluate(np.zeros((50_000, 0)), scanned(m, discs))
+    values = polynomials.evaluate(np.zeros((50_000, 0)), scan_points(m, discs))
     width = np.ptp(values, axis=0)
     assert np.all(bounds.values[0] <= values.min(axis=0) + 1e-9 * width)
     assert np.all(bounds.values[1] >= values.max(axis=0) - 1e-9 * width)
@@ -95,7 +95,7 @@ def test_minima_beside_lower_points_of_the_scan_are_found(seed):
     )
     (expansion,) = narrower.expansions
     mean = narrower.bands()["mean"].values
-    points = scanned(5, (0, 3), 5000)
+    points = scan_points(5, (0, 3), 5000)
     of_points = expansion.moments(points)[0].reshape(len(points), -1)
     width = np.ptp(mean, axis=0)
     for k, sign in enumerate((1.0, -1.0)):

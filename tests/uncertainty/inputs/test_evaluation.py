@@ -30,11 +30,11 @@ def in_later_batches(change):
     """Return the response, changed in all calls but the first."""
     calls = []
 
-    def changed(x, e):
+    def later_response(x, e):
         calls.append(len(x))
         return change(response(x, e)) if len(calls) > 1 else response(x, e)
 
-    return changed
+    return later_response
 
 
 @pytest.mark.parametrize(

@@ -14,16 +14,16 @@ SPREAD = 0.02
 """The wave's phase changes by 1 rad at the end, for e from 0 to 1."""
 
 
-def labelled(values):
+def with_labels(values):
     return xr.DataArray(values, dims=("sample", "time"), coords={"time": TIMES})
 
 
 def wave(e):
-    return labelled(np.cos(2 * np.pi * (1 + SPREAD * e[:, None]) * TIMES))
+    return with_labels(np.cos(2 * np.pi * (1 + SPREAD * e[:, None]) * TIMES))
 
 
 def decay(e):
-    return labelled(np.exp(-(0.2 + 0.04 * e[:, None]) * TIMES))
+    return with_labels(np.exp(-(0.2 + 0.04 * e[:, None]) * TIMES))
 
 
 def moments(response, kind):

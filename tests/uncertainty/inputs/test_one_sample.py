@@ -39,7 +39,7 @@ def of_as_many_times(x, e):
     return e * np.exp(-x * T)
 
 
-def labelled(x, e):
+def with_labels(x, e):
     values = e * np.exp(-x * T)
     return xr.DataArray([values, values**2], dims=("output", "time"), coords={"time": T})
 
@@ -49,7 +49,7 @@ def stacked_outputs(x, e):
 
 
 SCALAR = [with_math, with_a_branch, with_float, one_number, with_a_solver, of_as_many_times,
-          labelled, stacked_outputs]  # fmt: skip
+          with_labels, stacked_outputs]  # fmt: skip
 
 
 @pytest.mark.parametrize("function", SCALAR, ids=lambda f: f.__name__)

@@ -186,7 +186,9 @@ def test_compare_refuses_a_reference_and_leaves_out_methods_with_too_many_runs()
     with pytest.raises(fb.errors.InputError, match="--samples 100 --points 3"):
         compare(study, fb.LHSScanning(), [fb.PCCI(1, 1)])
     reference = fb.LHSScanning(16, 2)
-    assert [type(method).__name__ for method in usual_methods(study, reference, [(1, 4), (2, 4)])] == [
+    assert [
+        type(method).__name__ for method in usual_methods(study, reference, [(1, 4), (2, 4)])
+    ] == [
         *2 * ["PCCI"], *2 * ["ImprovedPCCI"], "PhaseResolvedPCCI", "AdaptivePCCI",
         "RegressionPCCI", "PerturbationChebyshev", "SobolScanning", "MonteCarlo",
     ]  # fmt: skip

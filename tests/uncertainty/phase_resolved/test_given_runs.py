@@ -16,11 +16,11 @@ from tests.uncertainty.adaptive.test_correction import (
     CancellingError,
     StepError,
     jumping,
-    labelled,
     off_by_a_third,
     relative,
     ringing,
     smooth,
+    with_labels,
 )
 
 VALUES = [
@@ -136,7 +136,7 @@ class Unrefined:
     """A response without finer discretizations."""
 
     def __call__(self, x, e):
-        return labelled((x[:, None] + e[:, None] * TIMES,))
+        return with_labels((x[:, None] + e[:, None] * TIMES,))
 
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)

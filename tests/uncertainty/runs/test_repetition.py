@@ -99,14 +99,14 @@ def test_the_run_is_counted():
 def test_the_count_of_a_resumed_study_is_that_of_one_that_was_not_stopped(method, tmp_path):
     remaining = [10]
 
-    def stopped(x, e):
+    def stopping(x, e):
         remaining[0] -= len(x)
         if remaining[0] < 0:
             raise KeyboardInterrupt
         return smooth(x, e)
 
     def counts(**options):
-        attrs = fb.propagate(stopped, INPUTS, method, batch=4, **options).attrs
+        attrs = fb.propagate(stopping, INPUTS, method, batch=4, **options).attrs
         return attrs["runs"], attrs["runs_repeated"]
 
     for allowed in (10, 12):

@@ -45,7 +45,7 @@ INPUTS = {
 
 
 @pytest.fixture(scope="module")
-def saved(tmp_path_factory):
+def file_contents(tmp_path_factory):
     """Return the bytes of the file of each method, which loads as it was saved."""
     contents = {}
     for name, method in METHODS.items():
@@ -62,7 +62,7 @@ def members(content):
         return {name: opened.read(name) for name in opened.namelist()}
 
 
-def zipped(parts, compression=zipfile.ZIP_STORED):
+def archive_of(parts, compression=zipfile.ZIP_STORED):
     opened = io.BytesIO()
     with zipfile.ZipFile(opened, "w", compression) as written:
         for name, content in parts.items():
@@ -70,18 +70,18 @@ def zipped(parts, compression=zipfile.ZIP_STORED):
     return opened.getvalue()
 
 
-def sealed(parts):
+def with_digest(parts):
     """Return a file with a digest that is right, as harm would be done on purpose."""
     with suppress(Exception):  # arrays that cannot be read
-        arrays = {name: loaded(content) for name, content in parts.items()}
+        arrays = {name: load_array(content) for name, content in parts.items()}
         arrays = {name.removesuffix(".npy"): array for name, array in arrays.items()}
         arrays.pop(archive.DIGEST, None)
         parts = parts | {f"{archive.DIGEST}.npy": npy(np.array(archive.digest(arrays)))}
-    return zipped(parts)
+    return archive_of(parts)
 
 
 @cache
-def loaded(content):
+def load_array(content):
     return np.load(io.BytesIO(content))
 
 
@@ -91,7 +91,7 @@ def npy(array):
     return opened.getvalue()
 
 
-def refused(file, content, text=r"\.npz"):
+def check_refusal(file, content, text=r"\.npz"):
     """Load a file that must be refused, by name."""
     file.write_bytes(content)
     with pytest.raises(fb.errors.InputError, match=text) as error:
@@ -100,17 +100,17 @@ def refused(file, content, text=r"\.npz"):
 
 
 @pytest.mark.parametrize("kind", METHODS)
-def test_a_file_that_is_cut_or_changed_is_refused(kind, saved, tmp_path):
-    content = saved[kind]
+def test_a_file_that_is_cut_or_changed_is_refused(kind, file_contents, tmp_path):
+    content = file_contents[kind]
     file = tmp_path / "s.npz"
     for end in range(0, len(content) - 1, len(content) // 20):
-        refused(file, content[:end])
+        check_refusal(file, content[:end])
     with zipfile.ZipFile(io.BytesIO(content)) as opened:
         data = [(m.header_offset + 60 + len(m.filename), m.compress_size) for m in opened.filelist]
     for start, size in data:
         changed = bytearray(content)
         changed[start + size // 2] ^= 0x10
-        refused(file, bytes(changed))
+        check_refusal(file, bytes(changed))
 
 
 def variants(array):
@@ -137,25 +137,25 @@ def variants(array):
 
 
 @pytest.mark.parametrize("kind", METHODS)
-def test_every_array_is_checked(kind, saved, tmp_path):
-    parts = members(saved[kind])
+def test_every_array_is_checked(kind, file_contents, tmp_path):
+    parts = members(file_contents[kind])
     file = tmp_path / "s.npz"
     del parts["digest.npy"]
-    refused(file, zipped(parts), "not as it was saved")
+    check_refusal(file, archive_of(parts), "not as it was saved")
     for name, content in parts.items():
-        refused(file, sealed({k: v for k, v in parts.items() if k != name}))
-        refused(file, sealed(parts | {name: npy(np.array([{}], dtype=object))}))
+        check_refusal(file, with_digest({k: v for k, v in parts.items() if k != name}))
+        check_refusal(file, with_digest(parts | {name: npy(np.array([{}], dtype=object))}))
         header = content[:10] + content[10:].replace(b"(", b"(99999999999, ", 1)
-        refused(file, sealed(parts | {name: header[: len(content)]}))
+        check_refusal(file, with_digest(parts | {name: header[: len(content)]}))
         if name.startswith("expansions/"):
             for changed in variants(np.load(io.BytesIO(content))):
                 if changed.dtype.kind == "f" and changed.size == 1 and changed.flat[0] == 1e200:
                     continue
-                refused(file, sealed(parts | {name: npy(changed)}))
-    refused(file, sealed(parts | {"more.npy": npy(np.zeros(3))}))
+                check_refusal(file, with_digest(parts | {name: npy(changed)}))
+    check_refusal(file, with_digest(parts | {"more.npy": npy(np.zeros(3))}))
 
 
-def replaced(record, path, value):
+def with_entry(record, path, value):
     """Return a copy of a nested record with another value at a path."""
     copy = json.loads(json.dumps(record))
     at = copy
@@ -175,63 +175,65 @@ def paths(record, before=()):
 
 
 @pytest.mark.parametrize("kind", METHODS)
-def test_every_entry_of_the_record_is_checked(kind, saved, tmp_path):
+def test_every_entry_of_the_record_is_checked(kind, file_contents, tmp_path):
     """A changed entry is refused, or what is loaded can be evaluated."""
-    parts = members(saved[kind])
+    parts = members(file_contents[kind])
     file = tmp_path / "s.npz"
     about = json.loads(str(np.load(io.BytesIO(parts["about.npy"]))))
-    loaded = 0
+    load_count = 0
     for path in paths(about):
         for value in (None, 10**18, "Ω", []):
-            record = json.dumps(replaced(about, path, value))
-            file.write_bytes(sealed(parts | {"about.npy": npy(np.array(record))}))
+            record = json.dumps(with_entry(about, path, value))
+            file.write_bytes(with_digest(parts | {"about.npy": npy(np.array(record))}))
             try:
                 surrogate = fb.load_surrogate(file)
             except fb.errors.InputError:
                 continue
-            loaded += 1
+            load_count += 1
             space = surrogate.space
             middle = np.zeros((1, space.random_dimension)), np.zeros((1, space.interval_dimension))
             assert surrogate.standard(*middle).shape == (1, *surrogate.labels.shape[1:])
-    assert loaded < 200  # means, names of outputs, units
+    assert load_count < 200  # means, names of outputs, units
 
 
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "1" * 5000])
-def test_numbers_of_the_record_are_finite(number, saved, tmp_path):
-    parts = members(saved["plain"])
+def test_numbers_of_the_record_are_finite(number, file_contents, tmp_path):
+    parts = members(file_contents["plain"])
     about = str(np.load(io.BytesIO(parts["about.npy"])))
     record = about.replace('["mean", 0.0]', f'["mean", {number}]')
     assert record != about
-    refused(tmp_path / "s.npz", sealed(parts | {"about.npy": npy(np.array(record))}))
+    check_refusal(tmp_path / "s.npz", with_digest(parts | {"about.npy": npy(np.array(record))}))
 
 
-def test_the_format_has_a_version(saved, tmp_path):
-    parts = members(saved["plain"])
+def test_the_format_has_a_version(file_contents, tmp_path):
+    parts = members(file_contents["plain"])
     about = str(np.load(io.BytesIO(parts["about.npy"]))).replace('"format": 9', '"format": 5')
-    content = sealed(parts | {"about.npy": npy(np.array(about))})
-    refused(tmp_path / "s.npz", content, "the format of the surrogate is 5, not 9; save it again")
+    content = with_digest(parts | {"about.npy": npy(np.array(about))})
+    check_refusal(
+        tmp_path / "s.npz", content, "the format of the surrogate is 5, not 9; save it again"
+    )
 
 
-def test_a_file_of_the_format_without_corrections_is_read(saved, tmp_path):
-    parts = members(saved["adaptive"])
+def test_a_file_of_the_format_without_corrections_is_read(file_contents, tmp_path):
+    parts = members(file_contents["adaptive"])
     file = tmp_path / "s.npz"
     about = str(np.load(io.BytesIO(parts["about.npy"]))).replace('"format": 9', '"format": 7')
-    file.write_bytes(sealed(parts | {"about.npy": npy(np.array(about))}))
+    file.write_bytes(with_digest(parts | {"about.npy": npy(np.array(about))}))
     assert fb.load_surrogate(file).correction == ()
 
 
-def test_the_polynomials_are_those_of_the_inputs(saved, tmp_path):
-    parts = members(saved["plain"])
+def test_the_polynomials_are_those_of_the_inputs(file_contents, tmp_path):
+    parts = members(file_contents["plain"])
     (name,) = (name for name in parts if name.endswith("/families.npy"))
     names = np.load(io.BytesIO(parts[name]))
     changed = npy(np.where(names == "Hermite", "Legendre", "Hermite"))
     text = "families of an expansion must be those of its inputs"
-    refused(tmp_path / "s.npz", sealed(parts | {name: changed}), text)
+    check_refusal(tmp_path / "s.npz", with_digest(parts | {name: changed}), text)
 
 
-def test_a_small_file_cannot_fill_the_memory(saved, tmp_path):
-    parts = members(saved["plain"])
-    content = zipped(parts | {"bomb.npy": npy(np.zeros(2**24))}, zipfile.ZIP_DEFLATED)
+def test_a_small_file_cannot_fill_the_memory(file_contents, tmp_path):
+    parts = members(file_contents["plain"])
+    content = archive_of(parts | {"bomb.npy": npy(np.zeros(2**24))}, zipfile.ZIP_DEFLATED)
     about = str(np.load(io.BytesIO(parts["about.npy"])))
     records = [
         "[" * 100_000,
@@ -240,10 +242,10 @@ def test_a_small_file_cannot_fill_the_memory(saved, tmp_path):
     ]
     assert records[1] != about
     assert records[2] != about
-    files = [content, *(sealed(parts | {"about.npy": npy(np.array(r))}) for r in records)]
+    files = [content, *(with_digest(parts | {"about.npy": npy(np.array(r))}) for r in records)]
     tracemalloc.start()
     for content in files:
-        refused(tmp_path / "s.npz", content)
+        check_refusal(tmp_path / "s.npz", content)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 1e8

@@ -80,8 +80,8 @@ def polynomial():
 
 
 @pytest.fixture(scope="module")
-def polynomial_page(shared, page_of, polynomial, tmp_path_factory):
-    page = shared(page_of(polynomial, tmp_path_factory.mktemp("polynomial") / "page.html"))
+def polynomial_page(shared_page, page_of, polynomial, tmp_path_factory):
+    page = shared_page(page_of(polynomial, tmp_path_factory.mktemp("polynomial") / "page.html"))
     page.wait_for_function("flexband.data")
     return page
 

@@ -246,6 +246,7 @@ def test_runs_that_diverge_are_completed_with_half_the_step(tmp_path):
     study = partial(fb.propagate, Stiff(), inputs, LHS)
     with pytest.raises(fb.errors.InputError, match="not finite"):
         study()
+    # Each range of rates needs its own part of the step.
     bands = study(failed="half step", store=tmp_path)
     runs = status(tmp_path)
     rate, start = runs.inputs.values.T

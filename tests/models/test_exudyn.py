@@ -77,6 +77,7 @@ def test_a_robot_arm_in_space():
         arm = rotate(np.vstack([block(upper), hand + np.array([upper, 0.0, 0.0])]), q[1], (0, 2))
         return rotate(np.vstack([arm, corners * width]), q[0], (0, 1))
 
+    # Masses at the corners of the three blocks, and that of the payload at the hand.
     sizes = np.repeat([upper, forearm, width], 8) * module["DENSITY"] * width**2 / 8
     masses = np.insert(sizes, 16, payload)
     stiffness = np.array([*module["STIFFNESS"], 100.0])
@@ -86,6 +87,7 @@ def test_a_robot_arm_in_space():
 
     def rate(t, state):
         q, v = np.split(state, 2)
+        # Lagrange's equations; the bias is the acceleration at constant rates, less gravity.
         bias = (jacobian(q + 1e-6 * v) - jacobian(q - 1e-6 * v)) @ v / 2e-6 + (0.0, 0.0, 9.81)
         J = jacobian(q)
         moment = -stiffness * (q - module["TARGETS"]) - module["DAMPING"] * v

@@ -67,6 +67,7 @@ def test_the_parts_are_sampled_where_small_changes_grow_after_impacts(tmp_path):
     assert [verdict.verdict for verdict in result.verdicts] == [Verdict.FAIL, Verdict.PASS]
     assert result.verdicts[0].share[0] == float(parts["failing"][0])
     assert not parts["quantity_predictable"].any()
+    # What is said and shown of it: the sentences, the bands before the horizon, the table.
     line = horizon_line(parts)
     assert line.startswith("Impacts make the motion of a single part unpredictable: y after 2.")
     assert "292 sampled parts tell how peaks" in line

@@ -45,8 +45,8 @@ def test_slider_crank():
         percent = [100 * float(result.errors[v].sel(output=o))
                    for v in ("mean", "error_bar") for o in ("F_X", "F_Y")]  # fmt: skip
         assert percent == pytest.approx(expected[result.method], abs=0.3)
-    widest = np.ptp(reference.bands["error_bar"].values, axis=0).max()
-    assert widest > 100.0  # N: the study's uncertainty is there to be seen
+    largest_bar = np.ptp(reference.bands["error_bar"].values, axis=0).max()
+    assert largest_bar > 100.0  # N: the study's uncertainty is there to be seen
 
 
 def test_the_readmes_quickstart(capsys):
@@ -56,8 +56,8 @@ def test_the_readmes_quickstart(capsys):
     names = {}
     exec(code, names)
     low, high = names["bands"]["error_bar"].sel(output="tip_X", time=0.25)
-    printed = np.fromstring(capsys.readouterr().out.strip("[]\n"), sep=" ")
-    np.testing.assert_allclose(printed, [low, high], atol=5e-9)
+    values = np.fromstring(capsys.readouterr().out.strip("[]\n"), sep=" ")
+    np.testing.assert_allclose(values, [low, high], atol=5e-9)
     # a soft pendulum of 0.5 m at t = 0.25 s is at 0.3240 (converged mesh, published)
     assert float(low) < 0.3240 < float(high)
     assert float(high - low) < 0.05
@@ -102,9 +102,9 @@ def energies(mechanism, *motors):
 
 def motors_work_is_energy(mechanism, *motors, duration, step):
     result = fb.simulate(energies(mechanism, *motors), duration=duration, step=step)
-    stored = at(result, "kinetic") + at(result, "elastic")
+    energy = at(result, "kinetic") + at(result, "elastic")
     work = sum(at(result, f"work {m}") for m in motors)
-    np.testing.assert_allclose(stored - stored[0], work, atol=2e-3 * stored.max())
+    np.testing.assert_allclose(energy - energy[0], work, atol=2e-3 * energy.max())
 
 
 def slider_crank(example):
@@ -185,8 +185,8 @@ def quick_return(example):
     assert cut_time / return_time == pytest.approx(
         (np.pi + 2 * lean) / (np.pi - 2 * lean), rel=1e-4
     )
-    swept = np.abs(np.diff(at(result, "lever")[k[:2]]))
-    assert swept == pytest.approx(2 * lean, rel=1e-4)
+    swing_angle = np.abs(np.diff(at(result, "lever")[k[:2]]))
+    assert swing_angle == pytest.approx(2 * lean, rel=1e-4)
 
 
 def planetary_gear(example):
@@ -274,8 +274,8 @@ def leaf_spring(example):
     way = np.append(0.0, np.cumsum(np.hypot(*np.diff(places, axis=0).T)))
     bending = 206e9 * example.WIDTH * example.height(way) ** 3 / 12
     arm = places[:, 0] / 2
-    sunk = 2 * 10.0 * np.trapezoid(arm**2 / bending, way)
-    assert example.CAMBER - at(result, "middle_Y")[0] == pytest.approx(sunk, rel=5e-3)
+    deflection = 2 * 10.0 * np.trapezoid(arm**2 / bending, way)
+    assert example.CAMBER - at(result, "middle_Y")[0] == pytest.approx(deflection, rel=5e-3)
 
 
 def door_stop(example):
@@ -290,8 +290,8 @@ def latch(example):
     before = at(swing, "rate")[-1]
     after = at(hold, "rate")
     assert after[0] == pytest.approx(-before / 2, rel=1e-12)
-    lost = 0.75 * at(swing, "energy")[-1]
-    assert hold.attrs["lost_energy"] == pytest.approx([lost], rel=1e-12)
+    energy_loss = 0.75 * at(swing, "energy")[-1]
+    assert hold.attrs["lost_energy"] == pytest.approx([energy_loss], rel=1e-12)
     np.testing.assert_allclose(at(hold, "end_Y"), at(swing, "end_Y")[-1], atol=1e-12)
 
 
@@ -370,13 +370,15 @@ def gripper(example):
     motion = example.motion()
     inertia = example.MASS * example.LENGTH**2 / 3
     speed = np.sqrt(example.MASS * 9.81 * example.LENGTH / inertia) * example.LENGTH
-    lost = 0.5 * example.LOAD * speed**2 * inertia / (inertia + example.LOAD * example.LENGTH**2)
-    assert at(motion, "lost")[-1] == pytest.approx(lost, rel=1e-4)
+    energy_loss = (
+        0.5 * example.LOAD * speed**2 * inertia / (inertia + example.LOAD * example.LENGTH**2)
+    )
+    assert at(motion, "lost")[-1] == pytest.approx(energy_loss, rel=1e-4)
     t = motion.time.values
-    carried = (t > example.SEIZED) & (t <= example.RELEASED)
+    grip_mask = (t > example.SEIZED) & (t <= example.RELEASED)
     flying = t > example.RELEASED + 0.01
     for axis in "XY":
-        distance = (at(motion, f"load_{axis}") - at(motion, f"bar_{axis}"))[carried]
+        distance = (at(motion, f"load_{axis}") - at(motion, f"bar_{axis}"))[grip_mask]
         np.testing.assert_allclose(distance, 0.0, atol=1e-4)
         falling = np.diff(at(motion, f"load_{axis}")[flying], 2) / np.diff(t)[0] ** 2
         np.testing.assert_allclose(falling, {"X": 0.0, "Y": -9.81}[axis], atol=1e-4)

@@ -341,15 +341,15 @@ def usual(name):
     return arguments
 
 
-def use(made):
+def use(part):
     """Put a part into a mechanism and run it."""
     for kind, kinds in ((Body, "bodies"), (Joint, "joints"), (Sensor, "sensors"), (Load, "loads")):
-        if isinstance(made, kind):
-            moved = fb.simulate(mechanism(**{kinds: {"it": made}}), duration=0.02, step=0.01)
-            assert np.isfinite(moved.values).all()
+        if isinstance(part, kind):
+            motion = fb.simulate(mechanism(**{kinds: {"it": part}}), duration=0.02, step=0.01)
+            assert np.isfinite(motion.values).all()
             return
-    if isinstance(made, fb.Input):
-        fb.propagate(same, {"a": made}, fb.PCCI(1, 1))
+    if isinstance(part, fb.Input):
+        fb.propagate(same, {"a": part}, fb.PCCI(1, 1))
 
 
 def attempt(name, arguments):

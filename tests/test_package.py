@@ -100,8 +100,8 @@ def imports(file):
         tree.body = [node for node in tree.body if not is_for_types(node)]
     nodes = list(ast.walk(tree))
     from_modules = [node.module for node in nodes if isinstance(node, ast.ImportFrom)]
-    plain = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
-    return [*filter(None, from_modules), *plain]
+    modules = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
+    return [*filter(None, from_modules), *modules]
 
 
 def is_for_types(node):
@@ -147,10 +147,10 @@ def test_only_the_report_and_the_command_line_import_what_draws_and_prints():
 
 def test_importing_loads_nothing_heavy():
     code = "import flexband, sys; print(*sys.modules)"
-    loaded = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
-    assert not {"numpy", "numba", "scipy", "xarray", "matplotlib"} & set(loaded.stdout.split())
+    assert not {"numpy", "numba", "scipy", "xarray", "matplotlib"} & set(process.stdout.split())
 
 
 HELP = [["--help"], *([name, "--help"] for name in commands())]

@@ -110,11 +110,11 @@ def test_play_moves_the_drawing_the_slider_and_the_page(page):
     page.get_by_role("button", name="Pause").click()
     number = int(page.locator("input[type=range]").input_value())
     assert number > 0
-    heard = page.evaluate("heard")
-    assert heard[-1] == {"time": pytest.approx(number * 5e-3), "from": "motion"}
+    events = page.evaluate("heard")
+    assert events[-1] == {"time": pytest.approx(number * 5e-3), "from": "motion"}
     assert ink_of(page) != first
     page.wait_for_timeout(100)
-    assert page.evaluate("heard.length") == len(heard)
+    assert page.evaluate("heard.length") == len(events)
 
 
 def test_the_legend_says_which_arrow_is_the_longest(still_page):

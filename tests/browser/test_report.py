@@ -245,9 +245,9 @@ study = fb.Study(response, {{"a": fb.Normal(1, 0.1), "e": fb.Interval(0, 1){inpu
         encoding="utf-8",
     )
     words = ["run", str(tmp_path / "study.py"), "--output", str(tmp_path), "--verify", "4"]
-    scanned = method.startswith("LHS")
-    result = CliRunner().invoke(app, words[:-2] if scanned else words)
-    assert result.exit_code == (3 if scanned else 0), result.output  # limits need a surrogate
+    is_scan = method.startswith("LHS")
+    result = CliRunner().invoke(app, words[:-2] if is_scan else words)
+    assert result.exit_code == (3 if is_scan else 0), result.output  # limits need a surrogate
     page = open_page(tmp_path / "report.html")
     assert page.locator("#bands td").count() >= 6
     for plot in page.locator("#charts .plot").all():

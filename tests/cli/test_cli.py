@@ -277,10 +277,10 @@ def test_any_names_of_outputs_are_in_the_report(tmp_path):
 
 
 def test_a_figure_that_cannot_be_drawn_is_a_remark(study_file, tmp_path, monkeypatch):
-    def broken(fields, along):
+    def fail(fields, along):
         raise ValueError(f"no picture of {', '.join(fields)}")
 
-    monkeypatch.setattr("flexband.report.page.given.fields_picture", broken)
+    monkeypatch.setattr("flexband.report.page.given.fields_picture", fail)
     out = tmp_path / "out"
     result = call("run", study_file, "--output", out, "--no-store")
     assert result.exit_code == 0, result.output
@@ -403,12 +403,12 @@ for words in (["run", file, "--output", out], ["run", "--help"], ["run", missing
         print("status", end.code, flush=True)
 """
     arguments = [study_file, tmp_path / "oüt", tmp_path / "fehlt µ.py"]
-    done = subprocess.run([sys.executable, "-c", program, *map(str, arguments)], env=environment,
+    process = subprocess.run([sys.executable, "-c", program, *map(str, arguments)], env=environment,
                           capture_output=True, check=True)  # fmt: skip
-    assert re.findall(rb"^status (\d)", done.stdout, re.MULTILINE) == [b"0", b"0", b"1"]
-    assert b"Traceback" not in done.stderr
-    assert b"UnicodeEncodeError" not in done.stderr
-    (done.stdout + done.stderr).decode("ascii")
+    assert re.findall(rb"^status (\d)", process.stdout, re.MULTILINE) == [b"0", b"0", b"1"]
+    assert b"Traceback" not in process.stderr
+    assert b"UnicodeEncodeError" not in process.stderr
+    (process.stdout + process.stderr).decode("ascii")
 
 
 def test_files_of_an_earlier_run_are_not_taken_for_new_ones(study_file, tmp_path):

@@ -68,25 +68,25 @@ def test_a_file_elsewhere_is_not_run(place, folder, tmp_path):
         record = (folder / "study.json").read_text(encoding="utf-8")
         name = folder / "study.json"
         name.write_text(record.replace(str(target), str(file)), encoding="utf-8")
-        ran = target.with_name("ran")
+        marker = target.with_name("ran")
     else:
-        ran = move(folder, file).with_name("ran")
+        marker = move(folder, file).with_name("ran")
     for command, options in COMMANDS.items():
         status, output = call(command, folder, *options)
         assert status == 2, (command, output)
         assert str(file) in output
         assert "--trust" in output
-    assert not ran.exists()
+    assert not marker.exists()
     status, output = call("limits", folder, "--trust")
     assert status == 0, output
-    assert ran.exists() or (file.parent / "ran").exists()
+    assert marker.exists() or (file.parent / "ran").exists()
 
 
 def test_a_file_below_the_working_directory_or_beside_the_folder_is_run(folder, tmp_path):
     for file in (tmp_path / "mine" / "other.py", tmp_path / "elsewhere" / "deep" / "study.py"):
-        ran = move(folder, file).with_name("ran")
+        marker = move(folder, file).with_name("ran")
         assert call("limits", folder)[0] == 0
-        assert ran.exists()
+        assert marker.exists()
 
 
 def test_a_scheduler_on_another_host_is_not_connected_to(folder):

@@ -22,8 +22,8 @@ def test_the_code_runs(capsys):
     names = {}
     for code in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL):
         exec(code, names)
-    printed = re.findall(r"tolerances: (\d+)%", capsys.readouterr().out)
-    assert f"# {', '.join(printed[:3])} and {printed[3]} %" in PAGE
+    percents = re.findall(r"tolerances: (\d+)%", capsys.readouterr().out)
+    assert f"# {', '.join(percents[:3])} and {percents[3]} %" in PAGE
     assert names["shares"]["name"].values.tolist() == ["length", "stiffness"]
     width = names["narrower"].bands()["error_bar"].diff("bound").mean()
     assert 0.4 < width / names["shares"]["width"].mean() < 0.6

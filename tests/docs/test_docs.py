@@ -152,7 +152,7 @@ def test_every_page_is_in_the_contents():
 
 
 def test_the_reference_has_every_public_name():
-    listed = {name: [] for name in (*PLACES, "flexband.plot")}
+    by_module = {name: [] for name in (*PLACES, "flexband.plot")}
     for page in (DOCS / "reference" / "api").glob("*.rst"):
         pattern = r"^\.\. (currentmodule|auto(?:class|function|exception)):: ([\w.]+)$"
         module = ""
@@ -160,6 +160,6 @@ def test_the_reference_has_every_public_name():
             if kind == "currentmodule":
                 module = name
             elif "." not in name:  # what only functions return has no public name
-                listed[module].append(name)
-    for module, names in listed.items():
+                by_module[module].append(name)
+    for module, names in by_module.items():
         assert sorted(names) == sorted(import_module(module).__all__), module

@@ -28,15 +28,15 @@ def test_the_page_is_made_of_the_stored_numbers():
 
 def test_the_stored_numbers_are_those_of_the_code():
     assert np.allclose(list(cosine().values()), list(NUMBERS["cosine"].values()), rtol=1e-4)
-    stored = cell_of(NUMBERS["sweep"])
+    cell = cell_of(NUMBERS["sweep"])
     case = slider_crank(0.7)
     reference, coarse = (
         fb.propagate(case.response, case.inputs, method)
         for method in (fb.methods.PhaseResolvedPCCI(*PHASES), fb.ImprovedPCCI(1, 1))
     )
     third = mean_widths(reference, (0.4, 0.6))
-    assert third == pytest.approx(stored["widths"][2], rel=1e-3)
-    assert errors(coarse, reference) == pytest.approx(stored["improved PCCI 1"], rel=1e-3)
+    assert third == pytest.approx(cell["widths"][2], rel=1e-3)
+    assert errors(coarse, reference) == pytest.approx(cell["improved PCCI 1"], rel=1e-3)
     row = next(m for m in NUMBERS["reactions"]["methods"] if m["label"] == "improved PCCI (1, 1)")
     assert errors(coarse, reference) == pytest.approx(row["against truth"], rel=0.01)
 

@@ -295,14 +295,14 @@ def test_a_journal_that_cannot_be_closed_stops_no_study(end, every_time, tmp_pat
     rotate = Journal.rotate
     calls = []
 
-    def broken(journal):
+    def failing_rotate(journal):
         if current_thread() is not main_thread():
             calls.append(1)
             if every_time or len(calls) == 1:
                 raise end
         return rotate(journal)
 
-    monkeypatch.setattr(Journal, "rotate", broken)
+    monkeypatch.setattr(Journal, "rotate", failing_rotate)
     monkeypatch.setattr("flexband.execution.record.RunRecorder.most_waiting", 1e3)  # bytes
     exact = fb.propagate(wide, INPUTS, LHS)
     with pytest.warns(fb.errors.FlexbandWarning) as records:
@@ -364,7 +364,7 @@ def test_a_record_of_which_a_part_was_written_is_cut(tmp_path, monkeypatch):
         return Finished(f"s{k}", np.full((2, 1), k), np.full((2, 3), k), "", 0.1, 1e9)
 
     journal.append(0, of(0.0), sync=False)
-    opened = journal._file
+    stream = journal._file
 
     class Full:
         """A file on a disk that has room for some bytes only."""
@@ -376,15 +376,15 @@ def test_a_record_of_which_a_part_was_written_is_cut(tmp_path, monkeypatch):
             if not part:
                 raise OSError(28, "No space left on device")
             self.room -= len(part)
-            return opened.write(part)
+            return stream.write(part)
 
         def __getattr__(self, name):
-            return getattr(opened, name)
+            return getattr(stream, name)
 
     monkeypatch.setattr(journal, "_file", Full())
     with pytest.raises(OSError, match="No space left"):
         journal.append(2, of(1.0), sync=False)
-    monkeypatch.setattr(journal, "_file", opened)
+    monkeypatch.setattr(journal, "_file", stream)
     journal.append(2, of(2.0), sync=False)
     assert [record.setting for record in Journal(folder).read(0)] == ["s0.0", "s2.0"]
     journal.rotate()

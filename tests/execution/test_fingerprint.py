@@ -94,17 +94,17 @@ def test_what_changes_the_fingerprint(change, write_study):
     place, old, new, same = CHANGES[change]
     texts = list(TEXTS)
     assert old in texts[place]
-    before = fingerprint(write_study(texts))
-    assert fingerprint(write_study(texts)) == before
+    first_hash = fingerprint(write_study(texts))
+    assert fingerprint(write_study(texts)) == first_hash
     texts[place] = texts[place].replace(old, new)
-    assert (fingerprint(write_study(texts)) == before) is same
+    assert (fingerprint(write_study(texts)) == first_hash) is same
 
 
 def test_calls_do_not_change_the_fingerprint(write_study):
     response = write_study(TEXTS)
-    before = fingerprint(response)
+    first_hash = fingerprint(response)
     response(1.0, 2.0)
-    assert fingerprint(response) == before
+    assert fingerprint(response) == first_hash
 
 
 def test_functions_inside_of_objects_count():

@@ -83,6 +83,6 @@ def test_runs_are_written_as_netcdf(tmp_path):
     fb.propagate(lambda a, b: a + b, inputs, fb.PCCI(1, 1), store=tmp_path / "runs")
     runs = fb.execution.open_runs(tmp_path / "runs")
     runs.to_netcdf(tmp_path / "runs.nc")
-    with xr.open_dataset(tmp_path / "runs.nc") as read:
-        assert read["outputs"].values.tolist() == runs["outputs"].values.tolist()
-        assert json.loads(read.attrs["sessions"])[0]["intervals"].startswith("a = Interval")
+    with xr.open_dataset(tmp_path / "runs.nc") as dataset:
+        assert dataset["outputs"].values.tolist() == runs["outputs"].values.tolist()
+        assert json.loads(dataset.attrs["sessions"])[0]["intervals"].startswith("a = Interval")

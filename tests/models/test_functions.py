@@ -118,8 +118,8 @@ def test_other_results_are_refused(result, text):
 
 
 def test_an_error_tells_the_sample():
-    with pytest.raises(ZeroDivisionError) as caught:
+    with pytest.raises(ZeroDivisionError) as error:
         fb.models.samplewise(lambda x, y: 1 / x)(x=[1.0, 0.0], y=[5.0, 6.0])
-    assert caught.value.__notes__ == ["in sample 1: x = 0.0, y = 6.0"]
+    assert error.value.__notes__ == ["in sample 1: x = 0.0, y = 6.0"]
     with pytest.raises(fb.errors.InputError, match="y has 3 samples; others have 2"):
         fb.models.samplewise(lambda x, y: x)(x=np.ones(2), y=np.ones(3))

@@ -119,9 +119,9 @@ def test_failures_tell_why(command, text):
 
 
 def test_only_the_last_lines_are_shown():
-    with pytest.raises(fb.errors.ModelError) as caught:
+    with pytest.raises(fb.errors.ModelError) as error:
         run_one("seq 1 100000 >&2; exit 2")
-    assert str(caught.value).splitlines()[1:] == [f"    {k}" for k in range(99991, 100001)]
+    assert str(error.value).splitlines()[1:] == [f"    {k}" for k in range(99991, 100001)]
 
 
 def alive(pid):

@@ -50,8 +50,8 @@ def study_copy(study_folder, tmp_path):
 
 def flip(file, seed):
     data = bytearray(file.read_bytes())
-    drawn = random.Random(seed)
-    data[drawn.randrange(len(data))] ^= 1 << drawn.randrange(8)
+    generator = random.Random(seed)
+    data[generator.randrange(len(data))] ^= 1 << generator.randrange(8)
     file.write_bytes(data)
 
 
@@ -100,9 +100,9 @@ def test_bands_with_other_values_and_answers_beside_an_altered_page_are_refused(
 
 def test_a_result_in_study_json_that_was_altered_is_not_told(study_copy):
     study, out = study_copy
-    about = json.loads((out / "study.json").read_text(encoding="utf-8"))
-    about["result"]["label"] = "All is well."
-    (out / "study.json").write_text(json.dumps(about), encoding="utf-8")
+    record = json.loads((out / "study.json").read_text(encoding="utf-8"))
+    record["result"]["label"] = "All is well."
+    (out / "study.json").write_text(json.dumps(record), encoding="utf-8")
     assert "result in study.json is not as written" in text_of(call("status", out))
     result = call("run", study, "--output", out)
     assert "All is well." not in result.output
@@ -111,15 +111,18 @@ def test_a_result_in_study_json_that_was_altered_is_not_told(study_copy):
 
 def test_what_is_read_is_what_was_written(study_folder):
     file = study_folder / "out" / "bands.nc"
-    with xr.open_dataset(file, engine="scipy") as opened:
-        plain = opened.load()
-    read = read_netcdf(file)
-    xr.testing.assert_equal(read, plain)
-    assert read.attrs.keys() == plain.attrs.keys() - {"numbering"}
-    assert (plain.attrs["refined"], read.attrs["refined"]) == ("[]", [])  # as `propagate` has it
+    with xr.open_dataset(file, engine="scipy") as dataset:
+        expected = dataset.load()
+    result = read_netcdf(file)
+    xr.testing.assert_equal(result, expected)
+    assert result.attrs.keys() == expected.attrs.keys() - {"numbering"}
+    assert (expected.attrs["refined"], result.attrs["refined"]) == (
+        "[]",
+        [],
+    )  # as `propagate` has it
 
 
 def test_coordinates_of_other_names_stay_coordinates(tmp_path):
-    written = xr.Dataset({"y": ("output", [1.0])}, {"output": ["x"], "unit": ("output", ["m"])})
-    write_netcdf(written, tmp_path / "y.nc")
-    xr.testing.assert_equal(read_netcdf(tmp_path / "y.nc"), written)
+    dataset = xr.Dataset({"y": ("output", [1.0])}, {"output": ["x"], "unit": ("output", ["m"])})
+    write_netcdf(dataset, tmp_path / "y.nc")
+    xr.testing.assert_equal(read_netcdf(tmp_path / "y.nc"), dataset)

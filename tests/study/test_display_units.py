@@ -182,8 +182,8 @@ def test_no_part_of_a_result_keeps_the_unit_it_was_computed_in():
             scale = 1e-3 if name in lengths else 1.0
             np.testing.assert_allclose(in_kilo[name], variable * scale, err_msg=name)
     bands = surrogate.bands()
-    verified = fb.verify(surrogate, study.response, runs=4).verification
-    for result in (bands, verified, fb.analysis.contributions(surrogate)):
+    verification = fb.verify(surrogate, study.response, runs=4).verification
+    for result in (bands, verification, fb.analysis.contributions(surrogate)):
         scaled = kilo.data(result)
         for name, variable in result.data_vars.items():
             if "output" in variable.dims and variable.dtype.kind == "f":

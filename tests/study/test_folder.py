@@ -102,8 +102,8 @@ def test_status_tells_what_is_done_and_how_long_all_runs_take(file, tmp_path, mo
     last = states["answers"]
     assert (first["now"], last["now"]) == ("verification runs", "the answers")
     assert (first["recorded"], last["recorded"], last["done"], last["total"]) == (9, 13, 14, 14)
-    ran = json.loads((out / "study.json").read_text(encoding="utf-8"))["ran"]
-    assert last["rate"] == pytest.approx(13 / ran, rel=1e-9)
+    seconds = json.loads((out / "study.json").read_text(encoding="utf-8"))["ran"]
+    assert last["rate"] == pytest.approx(13 / seconds, rel=1e-9)
     report = lines({**last, "alive": True, "state": "running"})
     assert report[1:3] == ["14 of 14 runs done, 0 failed", "now: the answers"]
     assert "left" not in report[3]
@@ -278,9 +278,9 @@ def start_command(file, *arguments):
     )  # fmt: skip
 
 
-def wait_until(happened, seconds=60.0):
+def wait_until(condition, seconds=60.0):
     end = time.monotonic() + seconds
-    while not happened():
+    while not condition():
         assert time.monotonic() < end
         time.sleep(0.05)
 
@@ -295,8 +295,8 @@ def test_a_study_that_is_stopped_goes_on(file, tmp_path):
         state = state_of(out)
         assert (state["state"], state["alive"], state["total"]) == ("running", True, 10)
         assert state["rate"] is None or state["left"] >= 0
-        refused = call("run", file, "-o", out, status=1)
-        assert f"in use by process {process.pid} on" in refused
+        refusal = call("run", file, "-o", out, status=1)
+        assert f"in use by process {process.pid} on" in refusal
         process.send_signal(signal.SIGINT)
         output, errors = process.communicate(timeout=30)
         assert process.returncode == 130
@@ -318,15 +318,15 @@ def test_a_study_that_is_stopped_goes_on(file, tmp_path):
     points = log.read_text(encoding="utf-8").splitlines()
     assert len(set(points)) == 9
     assert len(points) <= 9 + 2 + 2 + 2  # in flight, and made again to confirm
-    alone = fb.propagate(lambda a, b: a + b * b, {"a": fb.Interval(1.0, 2.0),
+    expected = fb.propagate(lambda a, b: a + b * b, {"a": fb.Interval(1.0, 2.0),
                          "b": fb.Normal(1.0, 0.1)}, fb.ImprovedPCCI(2, 2))  # fmt: skip
-    np.testing.assert_array_equal(bands(out)["error_bar"], alone["error_bar"])
+    np.testing.assert_array_equal(bands(out)["error_bar"], expected["error_bar"])
 
 
 def test_a_clock_that_goes_backwards_shows_no_negative_time(tmp_path):
-    about = {"state": "running", "done": 5, "total": 3, "elapsed": -4.0, "process": "process 1"}
+    record = {"state": "running", "done": 5, "total": 3, "elapsed": -4.0, "process": "process 1"}
     (tmp_path / "runs.zarr").mkdir()
-    StudyFolder(tmp_path).write(about)
+    StudyFolder(tmp_path).write(record)
     state = state_of(tmp_path)
     assert state["elapsed"] == 0
     assert "-" not in " ".join(lines({**state, "folder": "out", "state": "running", "left": -1.0}))
@@ -389,8 +389,8 @@ def test_a_run_that_failed_and_succeeded_later_is_not_counted_as_failed(file, tm
 def test_a_study_that_is_killed_before_its_first_run_goes_on(file, tmp_path):
     out = tmp_path / "out"
     command = [sys.executable, "-c", KILLED, str(file), str(out)]
-    killed = subprocess.run(command, capture_output=True, check=False)
-    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    process = subprocess.run(command, capture_output=True, check=False)
+    assert process.returncode == -signal.SIGKILL, process.stderr
     assert (out / "runs.zarr").exists()
     assert not file.with_name("log").exists()
     assert f"`flexband resume {out}` goes on" in call("status", out)

@@ -92,16 +92,16 @@ def test_what_new_runs_find_to_be_wrong_is_doubted(tmp_path):
     assert re.search(
         r"result\. The largest value in \d+ runs is 2(\.\d+)? \(limit 2\.5\)\.", output
     )
-    asked = CliRunner().invoke(app, ["limits", str(tmp_path / "out")])
-    assert "Not reliable: the response (100 % of its variation" in " ".join(asked.output.split())
+    answer = CliRunner().invoke(app, ["limits", str(tmp_path / "out")])
+    assert "Not reliable: the response (100 % of its variation" in " ".join(answer.output.split())
 
 
 def test_remarks_on_inputs_are_printed_by_the_run_alone(tmp_path):
     text = STUDY.format(method="PCCI(1, 1)", limits="fb.Limit(below=99.0)")
     file = tmp_path / "study.py"
     file.write_text(text.replace("Normal(0.0, 0.1)", "Normal(1.0, cv=5.0)"), encoding="utf-8")
-    said = [
+    outputs = [
         CliRunner().invoke(app, [*words, str(tmp_path / "out")]).output
         for words in (["run", str(file), "--verify", "0", "-o"], ["limits", "--trust"])
     ]
-    assert ["is it in per" in " ".join(text.split()) for text in said] == [True, False]
+    assert ["is it in per" in " ".join(text.split()) for text in outputs] == [True, False]

@@ -167,8 +167,8 @@ def test_runs_are_exported(tmp_path, monkeypatch):
     file.write_text(DECAY, encoding="utf-8")
     call("run", file, "-o", out, "--failed", "skip", status=3)  # above 5 % failed
     assert "32 runs" in call("export", out, "--to", tmp_path / "runs.csv")
-    with (tmp_path / "runs.csv").open(encoding="utf-8") as opened:
-        rows = list(csv.DictReader(opened))
+    with (tmp_path / "runs.csv").open(encoding="utf-8") as file_of_runs:
+        rows = list(csv.DictReader(file_of_runs))
     names = ["run", "status", "reason", "setting", "seconds", "finished", "a", "k"]
     assert list(rows[0]) == [*names, "u[time=0.0]", "u[time=0.5]"]
     assert sorted({row["status"] for row in rows}) == ["done", "failed"]
@@ -186,8 +186,8 @@ def test_runs_are_exported(tmp_path, monkeypatch):
         np.testing.assert_array_equal(
             runs["outputs"][:, 0, 1].fillna(0.0), [float(r["u[time=0.5]"] or 0) for r in rows]
         )
-    wrong = call("export", out, "--to", tmp_path / "runs.xls", status=2)
-    assert "--to must be a file whose name ends with .nc, .csv, .parquet" in wrong
+    refusal = call("export", out, "--to", tmp_path / "runs.xls", status=2)
+    assert "--to must be a file whose name ends with .nc, .csv, .parquet" in refusal
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     missing = call("export", out, "--to", tmp_path / "runs.parquet", status=1)
     assert "requires pyarrow: pip install 'flexband[parquet]'" in missing

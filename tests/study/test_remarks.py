@@ -221,10 +221,10 @@ def test_an_error_of_the_step_that_the_bands_include_counts_once():
     with pytest.warns(fb.errors.FlexbandWarning, match="what is remarked"):
         surrogate = fb.expand(response_with(remark), {"a": fb.Interval(0, 1)}, fb.AdaptivePCCI())
     errors = surrogate.diagnostics["error_bar_expected_error"]
-    included = replace(
+    with_step_error = replace(
         surrogate,
         diagnostics=surrogate.diagnostics.assign(error_bar_discretization_error=errors),
     )
-    for case, error in ((surrogate, 0.5), (included, 0.0)):
+    for case, error in ((surrogate, 0.5), (with_step_error, 0.0)):
         (entry,) = remarks_on(case)
         assert entry.worst.error == error

@@ -22,12 +22,12 @@ RESTORED = "`flexband run` restores it"
 
 def unpack(archive, name, path):
     """Return the folder of a study in an archive, beside its file."""
-    with zipfile.ZipFile(archive) as opened:
-        opened.extractall(path)
+    with zipfile.ZipFile(archive) as container:
+        container.extractall(path)
     file = path / name / "study.json"
-    about = json.loads(file.read_text(encoding="utf-8"))
-    about["file"] = str(path / f"{name}.py")
-    file.write_text(json.dumps(about), encoding="utf-8")
+    record = json.loads(file.read_text(encoding="utf-8"))
+    record["file"] = str(path / f"{name}.py")
+    file.write_text(json.dumps(record), encoding="utf-8")
     return path / name
 
 
@@ -61,8 +61,8 @@ def test_runs_open_and_are_used_once_that_is_asked_for(folder):
     amplitude = runs["inputs"].sel(input="amplitude").values
     exact = amplitude[:, None] * np.exp(-rate[:, None] * np.linspace(0.0, 1.0, 11))
     np.testing.assert_allclose(runs["outputs"], exact, rtol=1e-12)
-    recorded = runs.sizes["run"]
-    assert recorded == 24
+    run_count = runs.sizes["run"]
+    assert run_count == 24
     for command in (("resume", folder), ("run", folder.with_name("decay.py"), "-o", folder)):
         refusal = call(*command, status=1)
         assert "flexband's mechanics changed. Take another folder" in refusal
@@ -70,7 +70,7 @@ def test_runs_open_and_are_used_once_that_is_asked_for(folder):
         assert "--allow-mismatch" in refusal
     assert "9 runs" in call("resume", folder, "--allow-mismatch")
     assert (
-        fb.execution.open_runs(folder).sizes["run"] <= recorded + 16 + 2
+        fb.execution.open_runs(folder).sizes["run"] <= run_count + 16 + 2
     )  # runs that verify, and repeated
     assert "Doubts" not in call("status", folder)
     assert "has this result already" in call("resume", folder)

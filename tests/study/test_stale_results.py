@@ -34,12 +34,12 @@ def test_answers_of_earlier_results_are_left_out_after_an_interrupt(tmp_path, mo
         raise KeyboardInterrupt
 
     study.write_text(STUDY.format(upper=1.02), encoding="utf-8")
-    with monkeypatch.context() as patched:
-        patched.setattr("flexband.study.steps.verify", interrupt)
+    with monkeypatch.context() as patch:
+        patch.setattr("flexband.study.steps.verify", interrupt)
         assert call(*run).exit_code == 130
-    refused = call("report", out)  # new bands with what was said of the others
-    assert refused.exit_code == 1
-    assert "must have results of `flexband run`" in " ".join(refused.output.split())
+    refusal = call("report", out)  # new bands with what was said of the others
+    assert refusal.exit_code == 1
+    assert "must have results of `flexband run`" in " ".join(refusal.output.split())
     result = call(*run)
     assert result.exit_code == 0, result.output
     assert "quantiles.nc, of an earlier run" in result.output.replace("\n", "")
@@ -61,7 +61,7 @@ def test_contributions_of_other_deviations_are_not_those_of_the_report(tmp_path)
 
 
 def test_a_report_that_fails_does_not_lose_the_results(tmp_path, monkeypatch):
-    def broken(*_, **__):
+    def fail(*_, **__):
         raise ValueError("no charts today")
 
     study = tmp_path / "study.py"
@@ -69,7 +69,7 @@ def test_a_report_that_fails_does_not_lose_the_results(tmp_path, monkeypatch):
     study.write_text(STUDY.format(upper=1.1), encoding="utf-8")
     assert call("run", study, "--output", out).exit_code == 0
     study.write_text(STUDY.format(upper=1.02), encoding="utf-8")
-    monkeypatch.setattr("flexband.report.page.study.chart_data", broken)
+    monkeypatch.setattr("flexband.report.page.study.chart_data", fail)
     result = call("run", study, "--output", out)
     assert result.exit_code == 0, result.output
     assert "the report is not written: ValueError: no charts today" in " ".join(

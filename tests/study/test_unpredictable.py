@@ -87,14 +87,14 @@ def test_the_parts_are_sampled_where_small_changes_grow_after_impacts(tmp_path):
 def test_samples_of_a_killed_study_are_not_made_again(tmp_path):
     complete = Colliding()
     expected = study_of(complete).run_in(tmp_path / "whole").parts
-    killed = Colliding(runs=complete.made - 100)
+    first_part = Colliding(runs=complete.made - 100)
     options = RunOptions(batch=50)
     with pytest.raises(KeyboardInterrupt):
-        study_of(killed).run_in(tmp_path / "killed", options)
-    resumed = Colliding()
-    parts = study_of(resumed).run_in(tmp_path / "killed", options).parts
-    assert killed.made > complete.made - 200
-    assert resumed.made < 200
+        study_of(first_part).run_in(tmp_path / "killed", options)
+    second_part = Colliding()
+    parts = study_of(second_part).run_in(tmp_path / "killed", options).parts
+    assert first_part.made > complete.made - 200
+    assert second_part.made < 200
     xr.testing.assert_equal(parts, expected)
     assert "x: Uniform(lower=0.0, upper=3.0), assumed" in parts.attrs["scatter"]
 

@@ -68,7 +68,7 @@ def test_a_run_beyond_the_bounds_decides_whatever_the_surrogate_says():
 
 
 @pytest.mark.parametrize(
-    ("missed", "recorded", "verdict", "reason"),
+    ("misses_tolerance", "run_margin", "verdict", "reason"),
     [
         (True, 0.01, Verdict.UNDECIDED, Reason.RUNS_DIFFER),
         (True, -0.01, Verdict.FAIL, Reason.MARGIN),
@@ -77,14 +77,14 @@ def test_a_run_beyond_the_bounds_decides_whatever_the_surrogate_says():
 )
 @pytest.mark.parametrize("inside", [False, True])
 def test_runs_must_agree_with_an_expansion_that_misses_its_tolerance(
-    missed, recorded, verdict, reason, inside
+    misses_tolerance, run_margin, verdict, reason, inside
 ):
     least_margin = least_of(LimitVerdict.NOT_KEPT, -0.5, -0.5, 0.1)
     if inside:
         least_margin = least_of(LimitVerdict.KEPT, 0.5, 0.5, 0.1)
-        recorded = -recorded
+        run_margin = -run_margin
         verdict = Verdict.PASS if verdict is Verdict.FAIL else verdict
-    limit = xr.Dataset({"run_required": missed, "recorded_margin": recorded})
+    limit = xr.Dataset({"run_required": misses_tolerance, "recorded_margin": run_margin})
     margins = xr.Dataset(attrs={"error": "error_bar_expected_error"})
     assert _by_margin(limit, least_margin, margins, None)[:2] == (verdict, reason)
 
@@ -121,8 +121,8 @@ def test_after_impacts_it_takes_a_run_to_show_that_intervals_leave_their_bounds(
         {"least_margin_error": ("limit", [0.01]), "verdict": ("limit", ["not kept"])}
     )
     margins = fb.analysis.check_limits(surrogate, limit)
-    made, runs = with_runs(study, surrogate, [limit], margins.assign(surely))
-    of_limit = made.assign_attrs(error="error_bar_expected_error").isel(limit=0)
+    margins_of_runs, runs = with_runs(study, surrogate, [limit], margins.assign(surely))
+    of_limit = margins_of_runs.assign_attrs(error="error_bar_expected_error").isel(limit=0)
     assert _by_margin(of_limit, LeastMargin.from_result(of_limit), of_limit, None)[:2] == (
         verdict,
         reason,
@@ -196,8 +196,8 @@ def test_a_recorded_run_beyond_a_limit_of_intervals_decides(tmp_path):
     """A narrow peak that one run meets: bands between which it is averaged out keep the limit."""
     inputs = {"x": fb.Interval(0.0, 1.0)}
     fb.Study(lambda x: 1.0 * x, inputs, fb.AdaptivePCCI()).run_in(tmp_path / "smooth")
-    met = fb.execution.open_runs(tmp_path / "smooth")["inputs"].sel(input="x").values
-    place = met[np.argmin(np.abs(met - 0.4))]
+    x_of_runs = fb.execution.open_runs(tmp_path / "smooth")["inputs"].sel(input="x").values
+    place = x_of_runs[np.argmin(np.abs(x_of_runs - 0.4))]
 
     def peaked(x):
         return np.sin(x) + 2.0 * np.exp(-0.5 * ((x - place) / 1e-3) ** 2)

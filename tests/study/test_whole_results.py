@@ -91,11 +91,11 @@ def test_a_random_study_runs_reports_and_restores_what_is_deleted(tmp_path, seed
     ) == len(requirements)
     assert call("report", out).exit_code == 0
     files = [p for p in out.iterdir() if p.suffix in (".nc", ".png") and p.stem != "contributions"]
-    for lost in rng.permutation(sorted(map(str, files)))[:2]:
-        name = lost.rpartition("/")[2]
+    for path in rng.permutation(sorted(map(str, files)))[:2]:
+        name = path.rpartition("/")[2]
         if name == "nominal.nc":
             continue
-        shutil.move(lost, tmp_path / "kept")
+        shutil.move(path, tmp_path / "kept")
         result = call("report", out)
         assert result.exit_code == 1, (name, result.output)
         assert name in result.output
@@ -220,8 +220,8 @@ def test_a_study_is_data():
         units={"a": "m"}, scatter={"a": fb.Uniform(0, 1)},
     )  # fmt: skip
     other = fb.Requirement("other", below=9.0)
-    changed = replace(study, requirements=other)
-    assert changed.requirements == changed.limits == (other,)
+    replacement = replace(study, requirements=other)
+    assert replacement.requirements == replacement.limits == (other,)
     assert replace(study, sigmas=2.0).requirements == study.requirements == study.limits
     for name in ("inputs", "units", "scatter", "display_units", "title_block"):
         with pytest.raises(TypeError):

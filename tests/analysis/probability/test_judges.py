@@ -117,12 +117,12 @@ def test_a_verified_surrogate_is_saved_with_its_runs(tmp_path):
     surrogate = fb.expand(lambda x, e: np.exp(x / 4 + e)[:, None], inputs, fb.PCCI(2, 2))
     verified = fb.verify(surrogate, lambda x, e: np.exp(x / 4 + e)[:, None])
     fb.save_surrogate(verified, tmp_path / "s.npz")
-    loaded = fb.load_surrogate(tmp_path / "s.npz")
-    assert loaded.verification.identical(verified.verification)
+    copy = fb.load_surrogate(tmp_path / "s.npz")
+    assert copy.verification.identical(verified.verification)
     part = {"e": fb.Interval(-0.5, 0.5)}
     for actual, expected in (
-        (loaded, verified),
-        (loaded.narrowed(**part), verified.narrowed(**part)),
+        (copy, verified),
+        (copy.narrowed(**part), verified.narrowed(**part)),
     ):
         np.testing.assert_array_equal(
             actual.bands()["error_bar_expected_error"], expected.bands()["error_bar_expected_error"]

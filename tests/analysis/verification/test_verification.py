@@ -89,8 +89,8 @@ def test_verdicts_agree_with_their_numbers(surrogate):
                 assert percents == [pytest.approx(100 * largest, rel=0.06)]
                 assert float((comparison["missed"] / comparison["allowed"]).max()) <= 1
             elif text.startswith("Estimate confirmed"):
-                implied, lower_bound, expected = percents
-                assert lower_bound <= expected <= implied
+                estimate, lower_bound, expected = percents
+                assert lower_bound <= expected <= estimate
     opening = "Estimate confirmed"
     assert words == {opening, f"{opening} as far as so few runs can tell", "NOT confirmed"}
 

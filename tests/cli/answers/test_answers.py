@@ -122,14 +122,14 @@ def test_answers_of_an_earlier_run_are_marked(tmp_path):
     with xr.open_dataset(tmp_path / "quantiles.nc") as first:
         first.load()
     assert "quantiles" not in run(*command).output  # the same results
-    changed = STUDY.replace("Normal(0.0, 1.0)", "Normal(0.0, 2.0)")
-    (tmp_path / "study.py").write_text(changed, encoding="utf-8")
+    text = STUDY.replace("Normal(0.0, 1.0)", "Normal(0.0, 2.0)")
+    (tmp_path / "study.py").write_text(text, encoding="utf-8")
     output = " ".join(run(*command).output.replace("\n", "").split())
     for kind in ("nc", "png"):
         assert re.search(rf"Older: [^ ]*quantiles.{kind}, of an earlier run", output)
-    with xr.open_dataset(tmp_path / "quantiles.nc") as marked:
-        assert "ask again" in marked.attrs.pop("stale")
-        xr.testing.assert_identical(marked.load(), first)
+    with xr.open_dataset(tmp_path / "quantiles.nc") as stale:
+        assert "ask again" in stale.attrs.pop("stale")
+        xr.testing.assert_identical(stale.load(), first)
     run("distribution", tmp_path)
     with xr.open_dataset(tmp_path / "quantiles.nc") as new:
         assert "stale" not in new.attrs

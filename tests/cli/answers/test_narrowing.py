@@ -94,6 +94,6 @@ def test_sobol(folder, tmp_path):
     with xr.open_dataset(folder / "sobol.nc") as dataset:
         assert answer["inputs"] == dataset["name"].values.tolist()
         ends = next(iter(answer["total"].values()))[0]
-        widest = dataset["std"].argmax(...)
-        total = dataset["total"].isel(name=0, **{dim: int(k) for dim, k in widest.items()})
+        index = dataset["std"].argmax(...)
+        total = dataset["total"].isel(name=0, **{dim: int(k) for dim, k in index.items()})
         assert ends == total.values.tolist()

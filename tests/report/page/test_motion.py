@@ -238,10 +238,10 @@ def test_without_a_mechanism_or_without_its_motion_the_reason_is_told():
     assert motion is None
     assert "no animation" in reasons[0]
 
-    def broken(length):
+    def fail(length):
         raise ValueError("no such length")
 
-    response = fb.dynamic_response(broken, duration=1.0, step=0.1)
+    response = fb.dynamic_response(fail, duration=1.0, step=0.1)
     motion, reasons = motion_data(response, Space({"length": fb.Interval(1.0, 2.0)}))
     assert motion is None
     assert "no such length" in reasons[-1]

@@ -91,10 +91,10 @@ def test_shapley_values_are_stacked_to_the_whole_width(surrogate, ax):
 def test_errors_of_zero_are_left_out(ax):
     results = fb.compare(STUDY, fb.PCCI(2, 2), [fb.PCCI(2, 2), fb.LHSScanning(20, 3)])
     fb.plot.errors(results, "tip_Y", ax=ax)
-    exact, sampled = (np.asarray(line.get_ydata()) for line in ax.lines)
+    exact, of_samples = (np.asarray(line.get_ydata()) for line in ax.lines)
     assert np.isnan(exact).all()
     error = 100 * results[2].errors["error_bar"].sel(output="tip_Y")
-    np.testing.assert_allclose(sampled, error)
+    np.testing.assert_allclose(of_samples, error)
 
 
 def test_margins_and_bounds(surrogate, ax):
@@ -129,10 +129,10 @@ def test_the_output_must_be_named(surrogate):
 @pytest.mark.parametrize("columns", [1, 2])
 def test_figures_are_vectors_of_the_width_of_a_column(surrogate, tmp_path, columns, suffix):
     with fb.plot.style(columns):
-        drawn = fb.plot.bands(surrogate.bands(), "F_X")
+        axes = fb.plot.bands(surrogate.bands(), "F_X")
         file = tmp_path / f"bands.{suffix}"
-        drawn.figure.savefig(file)
-        pyplot.close(drawn.figure)
+        axes.figure.savefig(file)
+        pyplot.close(axes.figure)
     content = file.read_bytes()
     width = 72 * {1: 3.4, 2: 7.0}[columns]
     size = f"/MediaBox [ 0 0 {width:g}" if suffix == "pdf" else f'width="{width:g}pt"'

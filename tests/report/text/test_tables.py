@@ -151,17 +151,17 @@ def bands_with(expansion, discretization, refined):
 NOT_CORRECTED = "Not corrected: the runs have the error of their step and elements"
 
 
-@pytest.mark.parametrize(("error", "met"), [(0.02, False), (0.005, True)])
-def test_a_tolerance_is_mentioned_if_it_is_not_met(error, met):
+@pytest.mark.parametrize(("error", "is_met"), [(0.02, False), (0.005, True)])
+def test_a_tolerance_is_mentioned_if_it_is_not_met(error, is_met):
     lines = remarks(bands_with(error, "not estimated", 0))
     assert lines[0] == (
         f"Expected error, mean over time: {100 * error:g} % of the error bar's width "
         "(16 held-out runs, which can miss what happens in 17 % of the space)"
     )
     assert lines[1] == "The error of the discretization (step, elements) is not estimated"
-    unmet = [line for line in lines if line.startswith("The tolerance of 1 % is NOT met")]
-    assert len(unmet) == (not met)
-    assert ("The largest prediction error is of u at e = 0.3" in lines) == (not met)
+    misses = [line for line in lines if line.startswith("The tolerance of 1 % is NOT met")]
+    assert len(misses) == (not is_met)
+    assert ("The largest prediction error is of u at e = 0.3" in lines) == (not is_met)
 
 
 @pytest.mark.parametrize(("error", "coarse"), [(0.4, True), (1.28, True), (0.002, False)])
@@ -206,7 +206,7 @@ def test_outputs_that_are_not_trusted_are_named_with_the_reason():
     result = bands()
     assert remarks(result) == []
     labels = result["mean"].isel(bound=slice(0)).drop_vars("bound")
-    for missed, lines in (
+    for shares, lines in (
         ([0.49, 0.0], []),
         ([0.1, 0.624], ["Not reliable: v (62 % of its variation in held-out runs is missed)"]),
         (
@@ -217,8 +217,8 @@ def test_outputs_that_are_not_trusted_are_named_with_the_reason():
             ],
         ),
     ):
-        trusted = trust(labels, np.array(missed))
-        assert trusted["trusted"].values.tolist() == [part < 0.5 for part in missed]
+        trusted = trust(labels, np.array(shares))
+        assert trusted["trusted"].values.tolist() == [part < 0.5 for part in shares]
         assert remarks(result.assign_attrs(trusted.attrs)) == lines
     assert "the response (90 % of" in trust(labels[:, 0], np.array([0.9])).attrs["not_trusted"]
 

@@ -375,9 +375,9 @@ def test_places_of_extremes_are_apart_and_not_reached_yet():
     results = [Extremes(values, places)] * 3
     nothing = np.array([np.full((1, 3), np.inf), np.full((1, 3), -np.inf)])
     np.testing.assert_array_equal(extreme_places(results, 8, nothing, 0.01), [[-0.8], [1.0], [0.1]])
-    reached = values + np.array([0.0, 0.03, 0.05])  # of a width of 4
-    np.testing.assert_array_equal(extreme_places(results, 8, reached, 0.01), [[-0.8]])
-    assert len(extreme_places(results, 8, reached, 0.02)) == 0
+    bounds = values + np.array([0.0, 0.03, 0.05])  # of a width of 4
+    np.testing.assert_array_equal(extreme_places(results, 8, bounds, 0.01), [[-0.8]])
+    assert len(extreme_places(results, 8, bounds, 0.02)) == 0
 
 
 def test_runs_fitted_later_count_by_the_probability_of_what_is_nearest_to_them():

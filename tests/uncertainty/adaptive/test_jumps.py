@@ -112,11 +112,11 @@ def test_a_study_says_that_its_probability_is_not_reliable(tmp_path):
     result = CliRunner().invoke(app, arguments)
     assert result.exit_code == 5, result.output  # runs leave the limit
     output = " ".join(result.output.split())
-    missed = r"ccuracy target was missed \([\d.e-]+ % instead of [\d.e-]+ %\)\."
-    assert re.search(f"A{missed}".replace(" was", ""), output)
-    assert re.search(f"No probability: the a{missed}", output)
-    asked = (
+    pattern = r"ccuracy target was missed \([\d.e-]+ % instead of [\d.e-]+ %\)\."
+    assert re.search(f"A{pattern}".replace(" was", ""), output)
+    assert re.search(f"No probability: the a{pattern}", output)
+    answer = (
         CliRunner().invoke(app, ["distribution", "--kind", "range", str(tmp_path / "out")]).output
     )
-    assert "as probabilities do, is NOT reliable" in " ".join(asked.split())
-    assert "Not reliable: the error expected" in " ".join(asked.split())
+    assert "as probabilities do, is NOT reliable" in " ".join(answer.split())
+    assert "Not reliable: the error expected" in " ".join(answer.split())

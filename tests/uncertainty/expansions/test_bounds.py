@@ -38,9 +38,9 @@ def test_extremes_are_not_missed(m, n, order, monkeypatch):
     results = extremes(expansion, SIGMAS[: 1 + 2 * bool(n)])
     starts = np.random.default_rng(0).uniform(-1, 1, (300, m))
     starts[::2] = np.sign(starts[::2])
-    alone = np.zeros((len(starts), 0), dtype=int)
+    no_options = np.zeros((len(starts), 0), dtype=int)
     for first in range(0, len(starts), 50):
-        part = starts[first : first + 50], alone[first : first + 50]
+        part = starts[first : first + 50], no_options[first : first + 50]
         monkeypatch.setattr(bounds, "scan", lambda orders, part=part: part)
         references = extremes(expansion, SIGMAS[: 1 + 2 * bool(n)])
         for result, reference in zip(results, references, strict=True):

@@ -59,8 +59,10 @@ def test_bounds_of_random_polynomials_are_not_below_a_dense_scan(m, order, discs
     assert np.all(bounds.values[0] <= values.min(axis=0) + 1e-9 * width)
     assert np.all(bounds.values[1] >= values.max(axis=0) - 1e-9 * width)
     at = bounds.places.reshape(-1, m)
-    reached = polynomials.evaluate(np.zeros((len(at), 0)), at).reshape(2, 20, 20)
-    np.testing.assert_allclose(np.einsum("bss->bs", reached), bounds.values, rtol=1e-10, atol=1e-12)
+    values_at_places = polynomials.evaluate(np.zeros((len(at), 0)), at).reshape(2, 20, 20)
+    np.testing.assert_allclose(
+        np.einsum("bss->bs", values_at_places), bounds.values, rtol=1e-10, atol=1e-12
+    )
     for k in discs:
         assert np.hypot(at[:, k], at[:, k + 1]).max() <= RADIUS * (1 + 1e-12)
 
@@ -127,10 +129,10 @@ def test_bounds_of_a_standard_deviation_are_over_the_disc():
 
 def test_squares_become_discs_and_keep_their_middle():
     square = np.array([[1.0, 1.0, 0.5], [1.0, 0.0, -1.0], [0.0, 0.0, 0.0], [-0.5, 0.2, 1.0]])
-    moved = in_discs(square, [0])
-    np.testing.assert_allclose(np.hypot(*moved[:, :2].T), RADIUS * np.array([1, 1, 0, 0.5]))
-    np.testing.assert_array_equal(moved[:, 2], square[:, 2])
-    np.testing.assert_allclose(moved[0, :2], [1.0, 1.0])
+    points = in_discs(square, [0])
+    np.testing.assert_allclose(np.hypot(*points[:, :2].T), RADIUS * np.array([1, 1, 0, 0.5]))
+    np.testing.assert_array_equal(points[:, 2], square[:, 2])
+    np.testing.assert_allclose(points[0, :2], [1.0, 1.0])
 
 
 def test_points_that_judge_reach_out_of_the_square():

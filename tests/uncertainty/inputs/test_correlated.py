@@ -69,9 +69,9 @@ def test_a_surrogate_takes_values_and_is_saved(tmp_path):
     assert surrogate.evaluate(a=3.4, b=1.9, e=1.25).item() == pytest.approx(3 * 3.4 + 1.9 * 1.25)
     assert surrogate.evaluate(a=3.4, b=1.9, e=1.25, k=3.0).item() == pytest.approx(12.575)
     fb.save_surrogate(surrogate, tmp_path / "s.npz")
-    loaded = fb.load_surrogate(tmp_path / "s.npz")
-    assert loaded.bands().equals(surrogate.bands())
-    assert "confirmed" in fb.verify(loaded, lambda a, b, e, k: k * a + b * e).verification.attrs
+    copy = fb.load_surrogate(tmp_path / "s.npz")
+    assert copy.bands().equals(surrogate.bands())
+    assert "confirmed" in fb.verify(copy, lambda a, b, e, k: k * a + b * e).verification.attrs
     with pytest.raises(fb.errors.InputError, match=r"k must be the constant 3.0"):
         surrogate.evaluate(a=3.4, b=1.9, e=1.25, k=4.0)
 

@@ -453,10 +453,10 @@ def test_the_quantiles_of_a_scipy_distribution_are_computed_once():
 
 @pytest.mark.parametrize("kind", [fb.Normal, fb.LogNormal])
 def test_a_coefficient_of_variation_in_per_cent_is_remarked_on(kind):
-    with pytest.warns(fb.errors.FlexbandWarning) as issued:
+    with pytest.warns(fb.errors.FlexbandWarning) as records:
         kind(2.0, cv=5)
-    assert f"{kind.__name__} cv is 5, a standard deviation of 5 times" in str(issued[0].message)
-    assert "is it in per cent? A cv of 0.05 is 5 %" in str(issued[0].message)
+    assert f"{kind.__name__} cv is 5, a standard deviation of 5 times" in str(records[0].message)
+    assert "is it in per cent? A cv of 0.05 is 5 %" in str(records[0].message)
     kind(2.0, cv=1.0)  # warnings are errors
     fb.Normal(2.0, 6.0)
     fb.Gumbel(2.0, cv=1.5)
@@ -505,8 +505,8 @@ def test_a_probability_that_rests_on_smoothing_says_so():
     surrogate = fb.expand(lambda x: x, {"x": fb.Samples(values)}, fb.AdaptivePCCI())
     rare = fb.analysis.failure_probability(surrogate, fb.Limit(below=3.0))
     assert "Probabilities below 1/50 rest on the smoothing of x" in rare.attrs["verdict"]
-    usual = fb.analysis.failure_probability(surrogate, fb.Limit(below=1.0))
-    assert "smoothing" not in usual.attrs["verdict"]
+    likely = fb.analysis.failure_probability(surrogate, fb.Limit(below=1.0))
+    assert "smoothing" not in likely.attrs["verdict"]
 
 
 def test_a_ufunc_takes_no_names():

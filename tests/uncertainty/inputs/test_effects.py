@@ -27,10 +27,10 @@ TIMES = np.linspace(0.0, 1.0, 5)
 
 def remarks(response, method, inputs=INPUTS):
     """Return the names of the inputs that are remarked on, and the bands."""
-    with warnings.catch_warnings(record=True) as caught:
+    with warnings.catch_warnings(record=True) as records:
         warnings.simplefilter("always")
         bands = fb.propagate(response, inputs, method)
-    texts = [str(record.message) for record in caught]
+    texts = [str(record.message) for record in records]
     assert all("changes no output" in text for text in texts)
     return {text.split("'")[1] for text in texts}, bands
 
@@ -161,9 +161,9 @@ def test_a_builder_that_does_not_read_its_argument():
 
 
 def test_the_remark_points_to_the_line_of_the_caller():
-    with pytest.warns(fb.errors.FlexbandWarning, match="input 'b' changes no output") as caught:
+    with pytest.warns(fb.errors.FlexbandWarning, match="input 'b' changes no output") as records:
         fb.expand(lambda a, b: a[:, None], {k: INPUTS[k] for k in "ab"}, fb.PCCI(1, 1))
-    assert caught[0].filename == __file__
+    assert records[0].filename == __file__
 
 
 def test_first_runs_show_that_all_inputs_have_effects():

@@ -198,8 +198,8 @@ def test_the_variance_error_is_that_of_samples(expansion, correlation):
     x = 1 + x
     series = field.expansion
     if expansion is fb.fields.eole:  # ξ_i = φ_iᵀ u(nodes)/√χ_i
-        combined = series.eigenvectors / np.sqrt(series.eigenvalues)
-        covariance = correlation(x[:, None] - series.nodes) @ combined
+        factors = series.eigenvectors / np.sqrt(series.eigenvalues)
+        covariance = correlation(x[:, None] - series.nodes) @ factors
     else:  # ξ_i = ∫ f_i u/√λ_i
         functions = (series.basis(x) / series.eigenvalues[:, None]) * weights
         covariance = correlation(x[:, None] - x) @ functions.T

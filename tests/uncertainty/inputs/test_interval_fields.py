@@ -61,8 +61,8 @@ def test_a_field_is_found_checked_saved_and_loaded(tmp_path):
     assert surrogate.space.inputs["h"].domain == (0.0, 1.0)
     assert fb.verify(surrogate, response).verification.attrs["confirmed"] == "yes"
     fb.save_surrogate(surrogate, tmp_path / "s.npz")
-    loaded = fb.load_surrogate(tmp_path / "s.npz")
-    xr.testing.assert_identical(loaded.bands(), surrogate.bands())
+    copy = fb.load_surrogate(tmp_path / "s.npz")
+    xr.testing.assert_identical(copy.bands(), surrogate.bands())
 
 
 def test_functions_are_saved_by_name(tmp_path):

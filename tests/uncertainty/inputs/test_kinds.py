@@ -88,8 +88,8 @@ def test_one_input_of_one_kind(response, kind, method, tolerance, tmp_path):
     np.testing.assert_allclose(result["mean"] - mean, 0, atol=3 * tolerance)
     np.testing.assert_allclose(result["std"] - std, 0, atol=3 * tolerance)
     fb.save_surrogate(surrogate, tmp_path / "surrogate.npz")
-    loaded = fb.load_surrogate(tmp_path / "surrogate.npz")
-    np.testing.assert_array_equal(loaded.bands().error_bar, bands.error_bar)
+    copy = fb.load_surrogate(tmp_path / "surrogate.npz")
+    np.testing.assert_array_equal(copy.bands().error_bar, bands.error_bar)
     assert fb.verify(surrogate, response).verification.attrs["confirmed"] != "no"
 
 

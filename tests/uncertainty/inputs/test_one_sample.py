@@ -95,12 +95,12 @@ def bad_for_one(x, e):
     ],
 )
 def test_other_errors_are_told_with_the_inputs(response, error):
-    with pytest.raises((fb.errors.RunError, fb.errors.InputError)) as caught:
+    with pytest.raises((fb.errors.RunError, fb.errors.InputError)) as failure:
         fb.propagate(response, INPUTS, fb.PCCI(2, 2))
-    message = str(caught.value)
+    message = str(failure.value)
     assert "samplewise" not in message
     if error is not fb.errors.InputError:
-        assert isinstance(caught.value.__cause__, error)
+        assert isinstance(failure.value.__cause__, error)
         assert f"the response raised {error.__name__}: " in message
         assert "inputs of the 9 runs of the call: e from 0.5" in message
 
@@ -118,12 +118,12 @@ def test_a_builder_of_one_mechanism_is_recognized(scalar):
         fb.propagate(response, inputs, fb.PCCI(1, 1))
     with pytest.warns(fb.errors.FlexbandWarning, match="input 'mass' changes no output"):
         bands = fb.propagate(fb.models.samplewise(response), inputs, fb.PCCI(1, 1))
-    fallen = bands["mean"].sel(output="m_Y", time=0.1)
-    np.testing.assert_allclose(fallen, [1 - 0.5 * 9.81 * 0.01, 2 - 0.5 * 9.81 * 0.01], rtol=1e-4)
+    heights = bands["mean"].sel(output="m_Y", time=0.1)
+    np.testing.assert_allclose(heights, [1 - 0.5 * 9.81 * 0.01, 2 - 0.5 * 9.81 * 0.01], rtol=1e-4)
 
 
-@pytest.mark.parametrize("failed", ["stop", "skip"])
-def test_failing_runs_are_no_functions_of_one_sample(failed):
+@pytest.mark.parametrize("policy", ["stop", "skip"])
+def test_failing_runs_are_no_functions_of_one_sample(policy):
     calls = []
 
     def failing(x, e):
@@ -133,13 +133,13 @@ def test_failing_runs_are_no_functions_of_one_sample(failed):
         return x * e
 
     method = fb.MonteCarlo(40, 2)
-    if failed == "stop":
+    if policy == "stop":
         with pytest.raises(fb.errors.RunError, match="raised ArithmeticError: too large"):
             fb.propagate(failing, INPUTS, method)
     else:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            fb.propagate(failing, INPUTS, method, failed=failed)
+            fb.propagate(failing, INPUTS, method, failed=policy)
     assert () not in calls[3:]  # tried at the first error only
 
 

@@ -79,8 +79,8 @@ def test_many_plays_are_expanded_by_regression():
 
 
 def test_the_largest_of_an_uncertain_radius_counts():
-    worn = fb.propagate(lambda pin: pin[0], {"pin": fb.Play(fb.Interval(0.1, 0.3))}, fb.PCCI(0, 1))
-    np.testing.assert_allclose(worn["mean"], [-0.3, 0.3], rtol=1e-9)
+    bands = fb.propagate(lambda pin: pin[0], {"pin": fb.Play(fb.Interval(0.1, 0.3))}, fb.PCCI(0, 1))
+    np.testing.assert_allclose(bands["mean"], [-0.3, 0.3], rtol=1e-9)
 
 
 def test_values_and_variables_are_inverse_and_checked():
@@ -104,9 +104,9 @@ def test_a_surrogate_is_narrowed_saved_and_loaded(tmp_path):
     narrow = copy.narrowed(pin=fb.Play(0.02), guide=fb.GuidePlay(0.01, length=0.5), length=1.1)
     reach = 0.02 * SIZE + 4 * 0.01 * 2 / 0.5
     np.testing.assert_allclose(narrow.bands()["mean"], [1.1 - reach, 1.1 + reach], rtol=1e-9)
-    for wider in (fb.Play(0.2), fb.Play(0.05, within="rim"), fb.Interval(-0.1, 0.1), 0.0):
+    for play in (fb.Play(0.2), fb.Play(0.05, within="rim"), fb.Interval(-0.1, 0.1), 0.0):
         with pytest.raises(InputError, match="pin: must be Play"):
-            copy.narrowed(pin=wider)
+            copy.narrowed(pin=play)
 
 
 def test_random_inputs_scatter_beside_plays():
@@ -119,14 +119,14 @@ def test_random_inputs_scatter_beside_plays():
 def test_scans_are_over_the_disc():
     """Of 17 points in each direction, 64 are on the rim, at most 1/8 rad apart."""
     inputs = {"pin": fb.Play(0.1), "length": fb.Interval(1.0, 1.1)}
-    reached = []
+    radii = []
 
     def response(pin, length):
-        reached.append(np.hypot(*pin).max())
+        radii.append(np.hypot(*pin).max())
         return length + A * pin[0] + B * pin[1]
 
     bands = fb.propagate(response, inputs, fb.LHSScanning(points=17))
-    assert max(reached) == pytest.approx(0.1, rel=1e-12)
+    assert max(radii) == pytest.approx(0.1, rel=1e-12)
     ends = np.array([1.0, 1.1]) + 0.1 * SIZE * np.array([-1, 1])
     np.testing.assert_allclose(bands["mean"], ends, atol=0.1 * SIZE * (1 - np.cos(1 / 16)))
 

@@ -133,18 +133,18 @@ def test_a_ringing_frequency_that_depends_on_an_option():
 
 def test_a_surrogate_of_options_is_saved_evaluated_and_narrowed(surrogate, tmp_path):
     fb.save_surrogate(surrogate, tmp_path / "surrogate.npz")
-    loaded = fb.load_surrogate(tmp_path / "surrogate.npz")
-    assert loaded.bands().equals(surrogate.bands())
-    values = loaded.evaluate(supplier=np.array(["C", "A"]), x=0.1, e=1.0).values[:, 0]
+    copy = fb.load_surrogate(tmp_path / "surrogate.npz")
+    assert copy.bands().equals(surrogate.bands())
+    values = copy.evaluate(supplier=np.array(["C", "A"]), x=0.1, e=1.0).values[:, 0]
     np.testing.assert_allclose(values, [3.1, 0.6], atol=1e-9)
-    bands = loaded.narrowed(supplier="B").bands()
+    bands = copy.narrowed(supplier="B").bands()
     np.testing.assert_allclose(bands["mean"][:, 0], [0.5, 1.5], atol=1e-9)
     np.testing.assert_allclose(bands["error_bar"][:, 0], [0.3, 1.7], atol=1e-9)
     for change in ("D", fb.Interval(0.0, 1.0)):
         with pytest.raises(fb.errors.InputError, match="supplier: must be one of"):
-            loaded.narrowed(supplier=change)
+            copy.narrowed(supplier=change)
     with pytest.raises(fb.errors.InputError, match="supplier: must be one of 'A', 'B', 'C'"):
-        loaded.evaluate(supplier="D", x=0.0, e=0.0)
+        copy.evaluate(supplier="D", x=0.0, e=0.0)
 
 
 def test_shares_of_the_variance_are_those_of_a_sum(surrogate):
@@ -199,6 +199,6 @@ def test_polynomials_are_orthogonal_and_make_every_function(weights, seed):
     assert np.abs(values).max() <= 1 + 1e-9
     assert np.linalg.matrix_rank(values) == len(shares)
     assert not family.values(order + 2, points)[:, order + 1 :].any()
-    drawn = family.of_normal(np.random.default_rng(seed).standard_normal(20000))
-    often = [(drawn == x).mean() for x in points]
+    samples = family.of_normal(np.random.default_rng(seed).standard_normal(20000))
+    often = [(samples == x).mean() for x in points]
     np.testing.assert_allclose(often, shares, atol=0.02)

@@ -100,8 +100,8 @@ def test_one_run_of_four_tells_what_is_missed_at_one_time():
 
     expansion = fb.expand(bumped, INPUTS, fb.methods.PhaseResolvedPCCI(1, 1))
     error = float(expansion.bands()["pointwise_error"][0])
-    missed = np.abs(expansion.held_out.missed[:, 0, 0])
-    assert np.sort(missed)[-2] < 0.01
-    assert missed.max() > 0.9
-    assert error == pytest.approx(AT_ONE_TIME * missed.max() / 2, rel=1e-6)
+    errors = np.abs(expansion.held_out.missed[:, 0, 0])
+    assert np.sort(errors)[-2] < 0.01
+    assert errors.max() > 0.9
+    assert error == pytest.approx(AT_ONE_TIME * errors.max() / 2, rel=1e-6)
     assert 2 * error > 1.0

@@ -83,12 +83,12 @@ def test_regression_is_exact_for_polynomials_of_its_order(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("order", "q", "allowed"), [(6, 1.0, 3.0), (10, 1.0, 5e-3), (12, 0.75, 5e-3)]
+    ("order", "q", "tolerance"), [(6, 1.0, 3.0), (10, 1.0, 5e-3), (12, 0.75, 5e-3)]
 )
-def test_regression_converges_and_expects_no_less_than_its_error(order, q, allowed):
+def test_regression_converges_and_expects_no_less_than_its_error(order, q, tolerance):
     bands = fb.propagate(ishigami, ISHIGAMI, fb.methods.RegressionPCCI(order, q))
     errors = np.abs(bands["mean"] - 3.5), np.abs(bands["error_bar"] - [-4.488026, 11.488026])
-    assert float(np.max(errors)) < allowed
+    assert float(np.max(errors)) < tolerance
     assert float(np.max(errors)) < 5 * float(bands["error_bar_expected_error"])
     assert bool(bands["trusted"])
 
@@ -100,12 +100,12 @@ def test_regression_that_misses_most_is_not_trusted():
 
 
 def test_seeds_of_regression_are_other_points():
-    first, same, other = (
+    first, second, third = (
         fb.propagate(ishigami, ISHIGAMI, fb.methods.RegressionPCCI(3, seed=seed))
         for seed in (1, 1, 2)
     )
-    assert first.equals(same)
-    assert not np.allclose(first["mean"], other["mean"])
+    assert first.equals(second)
+    assert not np.allclose(first["mean"], third["mean"])
 
 
 def test_sobol_points_are_more_accurate_than_a_latin_hypercube():

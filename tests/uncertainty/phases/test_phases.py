@@ -165,8 +165,10 @@ def ten_inputs(times, seed=0):
     """Return a response of 5 η and 5 ξ: two carriers, two outputs, terms of order 2, few mixed."""
     r = np.random.default_rng(seed)
     single = [k * row for row in np.eye(10, dtype=int) for k in (1, 2)]
-    mixed = [np.eye(10, dtype=int)[[a, b]].sum(axis=0) for a, b in ((0, 5), (1, 6), (0, 1), (5, 7))]
-    index = np.array([np.zeros(10, int), *single, *mixed])
+    products = [
+        np.eye(10, dtype=int)[[a, b]].sum(axis=0) for a, b in ((0, 5), (1, 6), (0, 1), (5, 7))
+    ]
+    index = np.array([np.zeros(10, int), *single, *products])
     total = index.sum(axis=1)
     size = np.where(total == 0, 1.0, np.where(total == 1, 0.15, 0.02))
 
@@ -176,9 +178,9 @@ def ten_inputs(times, seed=0):
         )
         return scale * size[:, None, None] * terms
 
-    def phase(rate, moved):
-        alone = index @ np.array([v in moved for v in range(10)]) == total
-        strength = np.where(total == 0, rate, np.where(total == 1, 5.0, 0.15) * alone)
+    def phase(rate, variables):
+        pure = index @ np.array([v in variables for v in range(10)]) == total
+        strength = np.where(total == 0, rate, np.where(total == 1, 5.0, 0.15) * pure)
         return strength[:, None] * times * np.where(total[:, None] > 0, r.uniform(0.3, 1), 1.0)
 
     phases = [phase(60.0, (0, 1, 5, 6)), phase(97.0, (0, 5, 7))]

@@ -113,20 +113,20 @@ class Sampled:
 
 
 @pytest.mark.parametrize(
-    ("dense_times", "warned"),
+    ("dense_times", "warning_count"),
     [(np.linspace(0, 0.2, 4), 1), (np.linspace(0, 0.2, 41), 0), (None, 0)],
 )
-def test_a_response_of_ones_own_may_tell_more_times(dense_times, warned):
+def test_a_response_of_ones_own_may_tell_more_times(dense_times, warning_count):
     model = Sampled(np.linspace(0, 0.2, 3), dense_times)
     inputs = {"amplitude": fb.Interval(0.98, 1.02)}
-    with warnings.catch_warnings(record=True) as caught:
+    with warnings.catch_warnings(record=True) as records:
         warnings.simplefilter("always")
         bands = fb.propagate(model, inputs, METHOD)
     messages = [
-        str(record.message) for record in caught if issubclass(record.category, FlexbandWarning)
+        str(record.message) for record in records if issubclass(record.category, FlexbandWarning)
     ]
-    assert len([record for record in messages if "as many" in record]) == warned
-    assert ("below_between" in bands) == (dense_times is not None and not warned)
+    assert len([record for record in messages if "as many" in record]) == warning_count
+    assert ("below_between" in bands) == (dense_times is not None and not warning_count)
 
 
 SCATTERED = {"amplitude": fb.Normal(1.0, 0.02), "stiffness": OMEGA**2}

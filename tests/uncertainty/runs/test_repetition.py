@@ -109,8 +109,8 @@ def test_the_count_of_a_resumed_study_is_that_of_one_that_was_not_stopped(method
         attrs = fb.propagate(stopping, INPUTS, method, batch=4, **options).attrs
         return attrs["runs"], attrs["runs_repeated"]
 
-    for allowed in (10, 12):
-        remaining[0] = allowed
+    for budget in (10, 12):
+        remaining[0] = budget
         with pytest.raises(KeyboardInterrupt):
             counts(store=tmp_path)
     remaining[0] = 1000

@@ -36,9 +36,9 @@ def folder(tmp_path):
 def test_narrower_intervals_use_runs_inside_them(folder, method):
     exact = fb.propagate(Response(), NARROW, fb.methods.SobolScanning(1024, 9))
     bands, runs = study(folder, NARROW, method)
-    reused = bands.attrs["runs_reused"]
-    assert reused > 0
-    assert bands.attrs["runs"] == runs + reused
+    reuse_count = bands.attrs["runs_reused"]
+    assert reuse_count > 0
+    assert bands.attrs["runs"] == runs + reuse_count
     width = exact["error_bar"][1] - exact["error_bar"][0]
     for variable in ("mean", "error_bar"):
         error = abs(bands[variable] - exact[variable]).mean("bound")

@@ -122,8 +122,8 @@ def test_answers_are_those_at_one_time(name):
 def test_saved_surrogates_keep_the_axes(tmp_path):
     surrogate = fb.expand(without_time, INPUTS, fb.AdaptivePCCI(max_runs=40))
     fb.save_surrogate(surrogate, tmp_path / "one.npz")
-    loaded = fb.load_surrogate(tmp_path / "one.npz")
-    xr.testing.assert_identical(loaded.bands(), surrogate.bands())
+    copy = fb.load_surrogate(tmp_path / "one.npz")
+    xr.testing.assert_identical(copy.bands(), surrogate.bands())
 
 
 def test_labels_that_are_texts_are_outputs():

@@ -58,16 +58,16 @@ def file_contents(tmp_path_factory):
 
 
 def members(content):
-    with zipfile.ZipFile(io.BytesIO(content)) as opened:
-        return {name: opened.read(name) for name in opened.namelist()}
+    with zipfile.ZipFile(io.BytesIO(content)) as container:
+        return {name: container.read(name) for name in container.namelist()}
 
 
 def archive_of(parts, compression=zipfile.ZIP_STORED):
-    opened = io.BytesIO()
-    with zipfile.ZipFile(opened, "w", compression) as written:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", compression) as container:
         for name, content in parts.items():
-            written.writestr(name, content)
-    return opened.getvalue()
+            container.writestr(name, content)
+    return buffer.getvalue()
 
 
 def with_digest(parts):
@@ -86,9 +86,9 @@ def load_array(content):
 
 
 def npy(array):
-    opened = io.BytesIO()
-    np.save(opened, array)
-    return opened.getvalue()
+    buffer = io.BytesIO()
+    np.save(buffer, array)
+    return buffer.getvalue()
 
 
 def check_refusal(file, content, text=r"\.npz"):
@@ -105,12 +105,14 @@ def test_a_file_that_is_cut_or_changed_is_refused(kind, file_contents, tmp_path)
     file = tmp_path / "s.npz"
     for end in range(0, len(content) - 1, len(content) // 20):
         check_refusal(file, content[:end])
-    with zipfile.ZipFile(io.BytesIO(content)) as opened:
-        data = [(m.header_offset + 60 + len(m.filename), m.compress_size) for m in opened.filelist]
+    with zipfile.ZipFile(io.BytesIO(content)) as container:
+        data = [
+            (m.header_offset + 60 + len(m.filename), m.compress_size) for m in container.filelist
+        ]
     for start, size in data:
-        changed = bytearray(content)
-        changed[start + size // 2] ^= 0x10
-        check_refusal(file, bytes(changed))
+        damage = bytearray(content)
+        damage[start + size // 2] ^= 0x10
+        check_refusal(file, bytes(damage))
 
 
 def variants(array):
@@ -125,15 +127,15 @@ def variants(array):
     if array.size:
         yield np.concatenate([array, array]) if array.ndim else np.array([array, array])
     if array.dtype.kind == "f" and array.size:
-        for bad in (np.nan, np.inf, 1e200):
-            changed = array.copy()
-            changed.flat[-1] = bad
-            yield changed
+        for value in (np.nan, np.inf, 1e200):
+            variant = array.copy()
+            variant.flat[-1] = value
+            yield variant
     if array.dtype.kind in "iu" and array.size:
-        for bad in (-1, 10**9, 2**62):
-            changed = array.astype(np.int64)
-            changed.flat[-1] = bad
-            yield changed
+        for value in (-1, 10**9, 2**62):
+            variant = array.astype(np.int64)
+            variant.flat[-1] = value
+            yield variant
 
 
 @pytest.mark.parametrize("kind", METHODS)
@@ -148,10 +150,10 @@ def test_every_array_is_checked(kind, file_contents, tmp_path):
         header = content[:10] + content[10:].replace(b"(", b"(99999999999, ", 1)
         check_refusal(file, with_digest(parts | {name: header[: len(content)]}))
         if name.startswith("expansions/"):
-            for changed in variants(np.load(io.BytesIO(content))):
-                if changed.dtype.kind == "f" and changed.size == 1 and changed.flat[0] == 1e200:
+            for variant in variants(np.load(io.BytesIO(content))):
+                if variant.dtype.kind == "f" and variant.size == 1 and variant.flat[0] == 1e200:
                     continue
-                check_refusal(file, with_digest(parts | {name: npy(changed)}))
+                check_refusal(file, with_digest(parts | {name: npy(variant)}))
     check_refusal(file, with_digest(parts | {"more.npy": npy(np.zeros(3))}))
 
 
@@ -226,9 +228,9 @@ def test_the_polynomials_are_those_of_the_inputs(file_contents, tmp_path):
     parts = members(file_contents["plain"])
     (name,) = (name for name in parts if name.endswith("/families.npy"))
     names = np.load(io.BytesIO(parts[name]))
-    changed = npy(np.where(names == "Hermite", "Legendre", "Hermite"))
+    families = npy(np.where(names == "Hermite", "Legendre", "Hermite"))
     text = "families of an expansion must be those of its inputs"
-    check_refusal(tmp_path / "s.npz", with_digest(parts | {name: changed}), text)
+    check_refusal(tmp_path / "s.npz", with_digest(parts | {name: families}), text)
 
 
 def test_a_small_file_cannot_fill_the_memory(file_contents, tmp_path):

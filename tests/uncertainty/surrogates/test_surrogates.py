@@ -178,8 +178,8 @@ def test_plain_expansions_run_without_the_machinery_of_phases(tmp_path):
         print(*sys.modules)
     """
     run = [sys.executable, "-c", textwrap.dedent(code)]
-    loaded = subprocess.run(run, capture_output=True, text=True, check=True).stdout.split()
-    rooms = {name.split(".")[2] for name in loaded if name.startswith("flexband.uncertainty.")}
+    modules = subprocess.run(run, capture_output=True, text=True, check=True).stdout.split()
+    rooms = {name.split(".")[2] for name in modules if name.startswith("flexband.uncertainty.")}
     assert {"expansions", "inputs", "surrogates"} <= rooms
     assert not {"phases", "phase_resolved", "adaptive"} & rooms
 

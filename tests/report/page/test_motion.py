@@ -103,8 +103,8 @@ def beam_of(motion, name):
 
 
 def entry_of(kind, name):
-    (item,) = [item for item in tree()[kind] if item["name"] == name]
-    return item
+    (entry,) = [entry for entry in tree()[kind] if entry["name"] == name]
+    return entry
 
 
 def test_points_move_as_in_a_simulation():

@@ -23,9 +23,9 @@ def test_the_page_has_no_other_row():
 
 @pytest.mark.parametrize("name", [name for row in ABSENT for name in row.names.split()])
 def test_names_that_users_try_lead_to_what_to_do_instead(name):
-    with pytest.raises(AttributeError) as raised:
+    with pytest.raises(AttributeError) as error:
         getattr(fb, name)
-    message = str(raised.value)
+    message = str(error.value)
     assert absent(name).instead in message
     assert "did you mean" not in message
 

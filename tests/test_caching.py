@@ -250,8 +250,8 @@ def symbols(content):
     names = sections[b".strtab"]
     entries = list(struct.iter_unpack("<IBBHQQ", sections[b".symtab"]))
     name = {entry[0]: names[entry[0] :].partition(b"\0")[0].decode() for entry in entries}
-    needed = {name[entry[0]] for entry in entries if entry[3] == 0} - {""}
-    return needed, {name[entry[0]] for entry in entries if entry[3] and entry[1] >> 4}
+    imports = {name[entry[0]] for entry in entries if entry[3] == 0} - {""}
+    return imports, {name[entry[0]] for entry in entries if entry[3] and entry[1] >> 4}
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the objects are not in ELF")
@@ -264,10 +264,10 @@ def test_objects_need_the_c_library_alone():
         for kind in entry.codes:
             paths = entry.files(caching._hash(kind))
             content = next(path.read_bytes() for path in paths if path.exists())
-            needed, defined = symbols(content[32:])
+            imports, defined = symbols(content[32:])
             assert defined == {ENTRY}
             memory = {"malloc", "free", "memset", "memcpy", "memmove"}
-            assert needed <= memory | {"atan2", "sincos", "pow"}
+            assert imports <= memory | {"atan2", "sincos", "pow"}
 
 
 def test_code_that_needs_more_is_refused():

@@ -65,8 +65,8 @@ def fresh_hash():
 def test_hashes_are_remembered_by_time_and_size(package, monkeypatch):
     file = package / "laws" / "springs.py"
     first = fresh_hash()
-    with monkeypatch.context() as patched:
-        patched.setattr(module, "parsed", None)  # nothing is parsed again
+    with monkeypatch.context() as patch:
+        patch.setattr(module, "parsed", None)  # nothing is parsed again
         assert fresh_hash() == first
     time.sleep(0.05)
     file.write_text(CODE.replace("# Hooke", "# Hooke's law"), encoding="utf-8")

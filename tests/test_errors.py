@@ -11,9 +11,9 @@ from flexband.basics.warning import warn
 
 
 def test_a_warning_points_to_the_line_of_the_user():
-    with pytest.warns(fb.errors.FlexbandWarning, match="implausible") as found:
+    with pytest.warns(fb.errors.FlexbandWarning, match="implausible") as records:
         warn("an implausible number")
-    assert Path(found[0].filename) == Path(__file__)
+    assert Path(records[0].filename) == Path(__file__)
 
 
 REFUSED = [

@@ -11,10 +11,10 @@ def test_writers_of_one_file_do_not_mix(tmp_path):
     file = tmp_path / "deep" / "file.txt"
 
     def write(k):
-        with replaced(file) as partial, partial.open("w") as opened:
+        with replaced(file) as partial, partial.open("w") as stream:
             for _ in range(100):
-                opened.write(f"{k}\n")
-                opened.flush()
+                stream.write(f"{k}\n")
+                stream.flush()
 
     with ThreadPoolExecutor(8) as pool:
         list(pool.map(write, range(32)))
@@ -28,12 +28,12 @@ def test_an_old_file_stays_if_the_new_one_fails(tmp_path):
     file = tmp_path / ("long" * 60 + ".txt")
     file.write_text("old")
 
-    def interrupted():
+    def interrupt():
         with replaced(file) as partial:
             partial.write_text("new")
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        interrupted()
+        interrupt()
     assert file.read_text() == "old"
     assert list(tmp_path.iterdir()) == [file]

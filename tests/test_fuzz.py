@@ -289,10 +289,10 @@ def callables():
             continue
         yield name, public
         if isinstance(public, type):
-            for own, member in inspect.getmembers(public):
-                kind = inspect.getattr_static(public, own)
-                if not own.startswith("_") and isinstance(kind, staticmethod | classmethod):
-                    yield f"{name}.{own}", member
+            for attribute, member in inspect.getmembers(public):
+                kind = inspect.getattr_static(public, attribute)
+                if not attribute.startswith("_") and isinstance(kind, staticmethod | classmethod):
+                    yield f"{name}.{attribute}", member
 
 
 def choice(option, other):
@@ -319,37 +319,37 @@ CALLABLES = (
 
 def parameters(name):
     """Return the parameters of a public object that have a name, those of `**named` included."""
-    found = dict(inspect.signature(CALLABLES[name]).parameters)
-    own = inspect.signature(PUBLIC.get(name.partition(".")[0], CALLABLES[name])).parameters
-    if found.pop("motion", None):
-        found |= {k: p for k, p in own.items() if k in MOTION}
-    if found.pop("properties", None):
-        found |= {k: p for k, p in own.items() if k not in FROM_PATH}
-    assert not [p for p in found.values() if p.kind in (p.VAR_KEYWORD, p.VAR_POSITIONAL)]
-    return list(found.values())
+    by_name = dict(inspect.signature(CALLABLES[name]).parameters)
+    of_class = inspect.signature(PUBLIC.get(name.partition(".")[0], CALLABLES[name])).parameters
+    if by_name.pop("motion", None):
+        by_name |= {k: p for k, p in of_class.items() if k in MOTION}
+    if by_name.pop("properties", None):
+        by_name |= {k: p for k, p in of_class.items() if k not in FROM_PATH}
+    assert not [p for p in by_name.values() if p.kind in (p.VAR_KEYWORD, p.VAR_POSITIONAL)]
+    return list(by_name.values())
 
 
 def usual(name):
     """Return arguments that are fine, as far as the names of the parameters tell."""
-    chosen = {}
-    for one in parameters(name):
-        value = OWN.get((name.partition(".")[0], one.name))
-        if value is None and one.default is one.empty:
-            value = GOOD.get(one.name, 1.0)
+    arguments = {}
+    for parameter in parameters(name):
+        value = OWN.get((name.partition(".")[0], parameter.name))
+        if value is None and parameter.default is parameter.empty:
+            value = GOOD.get(parameter.name, 1.0)
         if value is not None:
-            chosen[one.name] = value.value if isinstance(value, Made) else value
-    return chosen
+            arguments[parameter.name] = value.value if isinstance(value, Made) else value
+    return arguments
 
 
-def used(made):
+def use(part):
     """Put a part into a mechanism and run it."""
     for kind, kinds in ((Body, "bodies"), (Joint, "joints"), (Sensor, "sensors"), (Load, "loads")):
-        if isinstance(made, kind):
-            moved = fb.simulate(mechanism(**{kinds: {"it": made}}), duration=0.02, step=0.01)
-            assert np.isfinite(moved.values).all()
+        if isinstance(part, kind):
+            motion = fb.simulate(mechanism(**{kinds: {"it": part}}), duration=0.02, step=0.01)
+            assert np.isfinite(motion.values).all()
             return
-    if isinstance(made, fb.Input):
-        fb.propagate(same, {"a": made}, fb.PCCI(1, 1))
+    if isinstance(part, fb.Input):
+        fb.propagate(same, {"a": part}, fb.PCCI(1, 1))
 
 
 def attempt(name, arguments):
@@ -360,7 +360,7 @@ def attempt(name, arguments):
         warnings.simplefilter("ignore", DeprecationWarning)
         warnings.simplefilter("ignore", RuntimeWarning)  # numbers that overflow
         try:
-            used(CALLABLES[name](**arguments))
+            use(CALLABLES[name](**arguments))
         except REFUSAL:
             return None
         except Exception as error:
@@ -374,7 +374,7 @@ def test_the_usual_arguments_are_fine(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fb.errors.FlexbandWarning)
-        used(CALLABLES[name](**usual(name)))
+        use(CALLABLES[name](**usual(name)))
 
 
 @pytest.mark.parametrize("name", CALLABLES)
@@ -384,10 +384,10 @@ def test_nothing_but_an_input_error_comes_out(name, tmp_path, monkeypatch):
     if not names:
         return
 
-    drawn = random.Random(name + SEED)
+    rng = random.Random(name + SEED)
     for _ in range(6 + 2 * len(names)):
-        chosen = drawn.sample(names, min(len(names), drawn.choice((1, 2))))
-        changes = {one: drawn.choice(drawn.choice(VALUES)) for one in chosen}
+        selection = rng.sample(names, min(len(names), rng.choice((1, 2))))
+        changes = {option: rng.choice(rng.choice(VALUES)) for option in selection}
         assert attempt(name, {**usual(name), **changes}) is None
 
 
@@ -397,8 +397,8 @@ FLAGS = [(k, p.name) for k in CALLABLES for p in parameters(k) if isinstance(p.d
 @pytest.mark.parametrize(("name", "flag"), [k for k in FLAGS if k[1] != "elements_left_out"])
 def test_flags_are_true_or_false(name, flag, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    known = fb.expand(lambda a: 2.0 * a, {"a": fb.Interval(0.0, 1.0)}, fb.PCCI(0, 1))
-    fb.save_surrogate(known, "surrogate.npz")
+    surrogate = fb.expand(lambda a: 2.0 * a, {"a": fb.Interval(0.0, 1.0)}, fb.PCCI(0, 1))
+    fb.save_surrogate(surrogate, "surrogate.npz")
     for value in (np.ones(3), 1, None, "no"):
         with pytest.raises(fb.errors.InputError, match=f"{flag} must be True or False"):
             CALLABLES[name](**usual(name) | {flag: value})

@@ -77,7 +77,7 @@ def test_nothing_like_it():
 def test_namespaces_load_nothing_heavy():
     lazy = [f"flexband.{name}" for name in NAMESPACES if name != "errors"]
     code = f"import sys, {', '.join(lazy)}; print(*sys.modules)"
-    loaded = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
-    assert not {"numpy", "numba", "scipy", "xarray", "matplotlib"} & set(loaded.stdout.split())
+    assert not {"numpy", "numba", "scipy", "xarray", "matplotlib"} & set(process.stdout.split())

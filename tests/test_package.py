@@ -100,8 +100,8 @@ def imports(file):
         tree.body = [node for node in tree.body if not is_for_types(node)]
     nodes = list(ast.walk(tree))
     from_modules = [node.module for node in nodes if isinstance(node, ast.ImportFrom)]
-    plain = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
-    return [*filter(None, from_modules), *plain]
+    modules = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
+    return [*filter(None, from_modules), *modules]
 
 
 def is_for_types(node):
@@ -129,9 +129,13 @@ def test_imports_go_downward(module):
 def test_no_circle():
     waiting = {module: set(own_imports(file)) & FILES.keys() for module, file in FILES.items()}
     while waiting:
-        free = {module for module, needed in waiting.items() if not needed & waiting.keys()}
-        assert free, f"these import each other: {sorted(waiting)}"
-        waiting = {module: needed for module, needed in waiting.items() if module not in free}
+        leaves = {
+            module for module, dependencies in waiting.items() if not dependencies & waiting.keys()
+        }
+        assert leaves, f"these import each other: {sorted(waiting)}"
+        waiting = {
+            module: dependencies for module, dependencies in waiting.items() if module not in leaves
+        }
 
 
 def test_only_the_report_and_the_command_line_import_what_draws_and_prints():
@@ -143,10 +147,10 @@ def test_only_the_report_and_the_command_line_import_what_draws_and_prints():
 
 def test_importing_loads_nothing_heavy():
     code = "import flexband, sys; print(*sys.modules)"
-    loaded = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
-    assert not {"numpy", "numba", "scipy", "xarray", "matplotlib"} & set(loaded.stdout.split())
+    assert not {"numpy", "numba", "scipy", "xarray", "matplotlib"} & set(process.stdout.split())
 
 
 HELP = [["--help"], *([name, "--help"] for name in commands())]
@@ -175,12 +179,12 @@ def test_a_help_page_is_asked_for_anywhere_but_after_two_hyphens():
 
 def test_every_module_with_commands_is_known():
     folder = SOURCE / "cli"
-    found = {
+    modules = {
         ".".join(file.relative_to(folder).with_suffix("").parts)
         for file in folder.rglob("*.py")
         if re.search(r"\n@(app\.command|answer_command)\(", file.read_text(encoding="utf-8"))
     }
-    assert set(MODULES) == found
+    assert set(MODULES) == modules
 
 
 def test_public_names():
@@ -193,11 +197,11 @@ def test_public_names():
 
 
 def test_notebooks_show_a_mechanism_as_its_drawing():
-    shown = {}
-    kind = SimpleNamespace(for_type=shown.__setitem__)
+    by_type = {}
+    kind = SimpleNamespace(for_type=by_type.__setitem__)
     formatter = SimpleNamespace(formatters={"image/png": kind, "text/html": kind})
     fb.load_ipython_extension(SimpleNamespace(display_formatter=formatter))
     mass = fb.PointMass(mass=1.0, position=(np.float64(0.0), 0.0))
-    image = shown[fb.Mechanism](fb.Mechanism(bodies={"m": mass}))
+    image = by_type[fb.Mechanism](fb.Mechanism(bodies={"m": mass}))
     assert image.startswith(b"\x89PNG")
-    assert shown[Figure](fb.draw(fb.Mechanism(bodies={"m": mass}))) == image
+    assert by_type[Figure](fb.draw(fb.Mechanism(bodies={"m": mass}))) == image

@@ -78,11 +78,11 @@ def test_a_fine_tolerance_that_more_nodes_meet_is_not_refused():
 def test_numbers_of_other_types_are_taken_as_floats(number):
     assert repr(fb.LogNormal(number, std=0.5)) == repr(fb.LogNormal(2.0, std=0.5))
     for series in (fb.fields.eole, fb.fields.karhunen_loeve, fb.fields.orthogonal_series):
-        given, plain = (
+        actual, expected = (
             series(fb.fields.exponential, length=length, domain=(0.0, 1.0), nodes=5)
             for length in (number, 2.0)
         )
-        np.testing.assert_array_equal(given.eigenvalues, plain.eigenvalues)
+        np.testing.assert_array_equal(actual.eigenvalues, expected.eigenvalues)
 
 
 @pytest.mark.parametrize(
@@ -94,30 +94,30 @@ def test_numbers_of_other_types_are_taken_as_floats(number):
 def test_json_of_another_shape_is_refused_in_words(name, text, tmp_path):
     (tmp_path / name).write_text(text, encoding="utf-8")
     for command in ("status", "resume", "report", "limits"):
-        done = CliRunner().invoke(app, [command, str(tmp_path)])
-        assert done.exit_code in (0, 1, 2)
-        assert "Error:" not in done.output, done.output
-        assert "line " not in done.output.replace("line 1 column", ""), done.output
+        result = CliRunner().invoke(app, [command, str(tmp_path)])
+        assert result.exit_code in (0, 1, 2)
+        assert "Error:" not in result.output, result.output
+        assert "line " not in result.output.replace("line 1 column", ""), result.output
 
 
 def test_a_server_refuses_deep_json_large_requests_and_other_hosts():
     with fb.models.UMBridgeServer(lambda a: a[:, None] * np.ones(2), {"a": 1.0}, port=0) as server:
         host = server.url.removeprefix("http://")
 
-        def asked(body, **headers):
+        def reply_to(body, **headers):
             connection = http.client.HTTPConnection(host, timeout=10)
             connection.request("POST", "/ModelInfo", body, headers)
             answer = connection.getresponse()
-            told = json.loads(answer.read())
+            content = json.loads(answer.read())
             connection.close()
-            return answer.status, told.get("error", {}).get("message", "")
+            return answer.status, content.get("error", {}).get("message", "")
 
-        assert asked(b"{}", Host=host)[0] in (200, 400)
-        assert "must be JSON" in asked(b"[" * 100_000)[1]
+        assert reply_to(b"{}", Host=host)[0] in (200, 400)
+        assert "must be JSON" in reply_to(b"[" * 100_000)[1]
         for size in ("99999999999999", "-1", "many"):
-            status, message = asked(b"", **{"Content-Length": size})
+            status, message = reply_to(b"", **{"Content-Length": size})
             assert (status, "Content-Length must be" in message) == (413, True)
-        status, message = asked(b"{}", Host="evil.example:80")
+        status, message = reply_to(b"{}", Host="evil.example:80")
         assert (status, "the host must be" in message) == (403, True)
 
 
@@ -129,7 +129,7 @@ def test_a_bad_address_is_refused_before_there_is_a_client():
             fb.errors.InputError, match=f"executor '{address}' is no Dask scheduler"
         ):
             fb.propagate(response, INPUTS, fb.PCCI(1, 1), executor=address)
-        assert not any(type(one).__name__ == "Client" for one in gc.get_objects())
+        assert not any(type(tracked).__name__ == "Client" for tracked in gc.get_objects())
 
 
 @pytest.mark.parametrize(
@@ -161,5 +161,5 @@ def test_callbacks_paths_and_labels_of_other_kinds_are_refused(call, message):
 
 
 def test_a_duration_may_be_an_array_without_dims():
-    given = fb.dynamic_response(lambda a: None, duration=xr.DataArray(0.1), step=np.array(0.01))
-    assert given == fb.dynamic_response(given.builder, duration=0.1, step=0.01)
+    of_arrays = fb.dynamic_response(lambda a: None, duration=xr.DataArray(0.1), step=np.array(0.01))
+    assert of_arrays == fb.dynamic_response(of_arrays.builder, duration=0.1, step=0.01)

@@ -36,19 +36,19 @@ def counts_without_helper(file):
     """Yield the counts in f-strings whose noun is a plural, whatever the count is."""
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.JoinedStr):
-            for one, after in zip(node.values, node.values[1:], strict=False):
-                if isinstance(one, ast.FormattedValue) and isinstance(after, ast.Constant):
-                    told = ast.unparse(one.value)
-                    times = str(after.value).startswith(" times ")
-                    counts = not times and not told.isupper() and told not in NO_COUNTS
-                    if counts and COUNTED.match(str(after.value)):
-                        yield f"{file.name}:{one.lineno}: {{{told}}}{after.value}"
+            for value, follower in zip(node.values, node.values[1:], strict=False):
+                if isinstance(value, ast.FormattedValue) and isinstance(follower, ast.Constant):
+                    count = ast.unparse(value.value)
+                    times = str(follower.value).startswith(" times ")
+                    counts = not times and not count.isupper() and count not in NO_COUNTS
+                    if counts and COUNTED.match(str(follower.value)):
+                        yield f"{file.name}:{value.lineno}: {{{count}}}{follower.value}"
 
 
 def test_every_count_agrees_with_its_noun():
     source = Path(fb.__file__).parent
-    found = [told for file in source.rglob("*.py") for told in counts_without_helper(file)]
-    assert not found
+    violations = [line for file in source.rglob("*.py") for line in counts_without_helper(file)]
+    assert not violations
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ TIME = np.linspace(0.0, 2.0, 81)
 OMEGA = 2 * np.pi
 
 
-def labelled(*series):
+def with_labels(*series):
     return xr.DataArray(
         np.stack(series, axis=1),
         dims=("sample", "output", "time"),
@@ -26,7 +26,7 @@ def labelled(*series):
 
 def decaying(amplitude, damping):
     size = amplitude[:, None] * np.exp(-damping[:, None] * TIME)
-    return labelled(size * np.sin(OMEGA * TIME), size * np.cos(OMEGA * TIME))
+    return with_labels(size * np.sin(OMEGA * TIME), size * np.cos(OMEGA * TIME))
 
 
 AMPLITUDE = fb.Normal(3.0, 0.2)
@@ -47,38 +47,38 @@ ENDS = height(np.array([1.5, 0.5]))
 
 
 def test_peak_of_a_decaying_oscillation(oscillation):
-    found = fb.analysis.derived(oscillation, fb.analysis.Peak("x"), sigmas=2, probability=0.9)
+    derivation = fb.analysis.derived(oscillation, fb.analysis.Peak("x"), sigmas=2, probability=0.9)
     z = norm.ppf(0.95)
-    np.testing.assert_allclose(found["mean"], 3 * ENDS, rtol=1e-3)
-    np.testing.assert_allclose(found["error_bar"], [2.6 * ENDS[0], 3.4 * ENDS[1]], rtol=2e-3)
+    np.testing.assert_allclose(derivation["mean"], 3 * ENDS, rtol=1e-3)
+    np.testing.assert_allclose(derivation["error_bar"], [2.6 * ENDS[0], 3.4 * ENDS[1]], rtol=2e-3)
     exact = (3 + 0.2 * z * np.array([-1, 1])) * ENDS
-    np.testing.assert_allclose(found["range"], exact, rtol=2e-3)
+    np.testing.assert_allclose(derivation["range"], exact, rtol=2e-3)
     for name in ("mean", "error_bar", "range"):
-        assert found[f"{name}_at"].values.tolist() == [[1.5, 0.5]]
-        assert found[name].attrs["units"] == "N"
+        assert derivation[f"{name}_at"].values.tolist() == [[1.5, 0.5]]
+        assert derivation[name].attrs["units"] == "N"
 
 
 def test_sampling_errors_hold(oscillation):
     exact = {"mean": 3 * ENDS, "error_bar": np.array([2.8, 3.2]) * ENDS}
-    inside = 0
+    count_inside = 0
     for seed in range(10):
-        found = fb.analysis.derived(
+        derivation = fb.analysis.derived(
             oscillation, fb.analysis.Peak("x"), probability=0.8, samples=256, seed=seed
         )
         for name, values in exact.items():
-            beyond = np.abs(found[name].values - values) - 4e-4 * 3  # of the parabola
-            inside += np.sum(beyond <= found[f"{name}_sampling_error"].values)
-    assert inside >= 36
+            excess = np.abs(derivation[name].values - values) - 4e-4 * 3  # of the parabola
+            count_inside += np.sum(excess <= derivation[f"{name}_sampling_error"].values)
+    assert count_inside >= 36
 
 
 def test_time_of_the_peak_and_trough(oscillation):
-    found = fb.analysis.derived(oscillation, fb.analysis.PeakTime("x"))
+    derivation = fb.analysis.derived(oscillation, fb.analysis.PeakTime("x"))
     at = np.arctan(OMEGA / np.array([1.5, 0.5])) / OMEGA
-    np.testing.assert_allclose(found["mean"], at, atol=2e-4)
-    assert found["mean"].attrs["units"] == "s"
+    np.testing.assert_allclose(derivation["mean"], at, atol=2e-4)
+    assert derivation["mean"].attrs["units"] == "s"
     lowest = fb.analysis.derived(oscillation, fb.analysis.Trough("x"))["mean"]
-    after = -3 * height(np.array([0.5, 1.5])) * np.exp(-np.array([0.5, 1.5]) / 2)
-    np.testing.assert_allclose(lowest, after, rtol=1e-3)
+    exact = -3 * height(np.array([0.5, 1.5])) * np.exp(-np.array([0.5, 1.5]) / 2)
+    np.testing.assert_allclose(lowest, exact, rtol=1e-3)
 
 
 def sine(amplitude, offset):
@@ -89,13 +89,13 @@ def sine(amplitude, offset):
 def test_root_mean_square_and_spectrum_of_a_sine():
     inputs = {"amplitude": AMPLITUDE, "offset": fb.Interval(-1.0, 0.5)}
     surrogate = fb.expand(sine, inputs, fb.PCCI(1, 1))
-    found = fb.analysis.derived(surrogate, fb.analysis.RootMeanSquare())
+    derivation = fb.analysis.derived(surrogate, fb.analysis.RootMeanSquare())
     exact = surrogate.standard(np.linspace(-4, 4, 2001)[:, None], np.array([[1 / 3]] * 2001))
     # the square is integrated over two periods less one step
     z = np.linspace(-4, 4, 2001)
     lowest = np.average(np.sqrt(np.trapezoid(exact**2, TIME[:-1]) / TIME[-2]), weights=norm.pdf(z))
-    np.testing.assert_allclose(found["mean"].values[0], lowest, rtol=2e-3)
-    np.testing.assert_allclose(found["mean_at"].values[0, 0], 0.0, atol=0.03)
+    np.testing.assert_allclose(derivation["mean"].values[0], lowest, rtol=2e-3)
+    np.testing.assert_allclose(derivation["mean_at"].values[0, 0], 0.0, atol=0.03)
     lines = fb.analysis.derived(surrogate, fb.analysis.Spectrum(), probability=0.9, samples=512)
     at = int(np.argmin(np.abs(lines["frequency"].values - 1.0)))
     np.testing.assert_allclose(lines["mean"].values[:, at], 3.0, rtol=1e-3)
@@ -106,36 +106,36 @@ def test_root_mean_square_and_spectrum_of_a_sine():
 
 
 def test_magnitude_of_a_vector(oscillation):
-    found = fb.analysis.derived(
+    derivation = fb.analysis.derived(
         oscillation, fb.analysis.Magnitude("x", "y"), probability=0.9, samples=256
     )
     exact = 3 * np.exp(-np.array([[1.5], [0.5]]) * TIME)
-    np.testing.assert_allclose(found["mean"], exact, rtol=2e-3)
-    assert found["mean"].dims == ("bound", "time")
+    np.testing.assert_allclose(derivation["mean"], exact, rtol=2e-3)
+    assert derivation["mean"].dims == ("bound", "time")
     peak = fb.analysis.derived(oscillation, fb.analysis.Peak(fb.analysis.Magnitude("x", "y")))
     np.testing.assert_allclose(peak["mean"], 3.0, rtol=1e-3)
 
 
 def test_without_random_inputs_and_without_intervals():
     of_interval = fb.expand(lambda e: e, {"e": fb.Interval(-1.0, 2.0)}, fb.PCCI(1, 1))
-    found = fb.analysis.derived(of_interval, np.abs, samples=8)
+    derivation = fb.analysis.derived(of_interval, np.abs, samples=8)
     for name in ("mean", "error_bar", "range"):
-        np.testing.assert_allclose(found[name], [0.0, 2.0], atol=0.02)
-        assert float(found[f"{name}_sampling_error"].max()) == 0
+        np.testing.assert_allclose(derivation[name], [0.0, 2.0], atol=0.02)
+        assert float(derivation[f"{name}_sampling_error"].max()) == 0
     of_normal = fb.expand(lambda a: a, {"a": fb.Normal(0.0, 1.0)}, fb.PCCI(1, 1))
-    found = fb.analysis.derived(of_normal, np.abs, probability=0.9)
-    np.testing.assert_allclose(found["mean"], np.sqrt(2 / np.pi), rtol=2e-3)
-    np.testing.assert_allclose(found["range"], norm.ppf([0.525, 0.975]), atol=0.01)
-    assert "mean_at" not in found
+    derivation = fb.analysis.derived(of_normal, np.abs, probability=0.9)
+    np.testing.assert_allclose(derivation["mean"], np.sqrt(2 / np.pi), rtol=2e-3)
+    np.testing.assert_allclose(derivation["range"], norm.ppf([0.525, 0.975]), atol=0.01)
+    assert "mean_at" not in derivation
 
 
 def test_expected_errors_are_carried_over():
     surrogate = fb.expand(decaying, INPUTS, fb.AdaptivePCCI(tolerance=0.1, phase_resolved=False))
-    found = fb.analysis.derived(surrogate, fb.analysis.Peak("x"))
-    claimed = found["mean_expected_error"].values
-    assert (claimed > 0).all()
+    derivation = fb.analysis.derived(surrogate, fb.analysis.Peak("x"))
+    expected_error = derivation["mean_expected_error"].values
+    assert (expected_error > 0).all()
     largest = surrogate.diagnostics["error_bar_expected_error"].values.max()
-    assert (claimed <= 2 * largest).all()
+    assert (expected_error <= 2 * largest).all()
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ def surrogate():
 
 
 def test_margin_is_the_distance_from_the_error_bar(surrogate):
-    found = fb.analysis.check_limits(
+    margins = fb.analysis.check_limits(
         surrogate,
         [fb.Limit("a", below=1.3, above=-1.2), fb.Limit("b", below=2.6, during=(0.5, 1.0))],
         sigmas=2.0,
@@ -31,27 +31,30 @@ def test_margin_is_the_distance_from_the_error_bar(surrogate):
     swing = np.abs(np.sin(2 * np.pi * T))
     high = np.where(T < 0.5, 1.1, 0.9) * np.sin(2 * np.pi * T) + 0.1
     low = np.where(T < 0.5, 0.9, 1.1) * np.sin(2 * np.pi * T) - 0.1
-    np.testing.assert_allclose(found["margin"][0], np.minimum(1.3 - high, low + 1.2), atol=1e-9)
+    np.testing.assert_allclose(margins["margin"][0], np.minimum(1.3 - high, low + 1.2), atol=1e-9)
     late = T >= 0.5
-    np.testing.assert_allclose(found["margin"][1, late], 2.6 - 2 * high[late], atol=1e-9)
-    assert np.isnan(found["margin"][1, ~late]).all()
+    np.testing.assert_allclose(margins["margin"][1, late], 2.6 - 2 * high[late], atol=1e-9)
+    assert np.isnan(margins["margin"][1, ~late]).all()
     assert swing.max() == 1.0
-    np.testing.assert_allclose(found["least_margin"], [0.0, 2.4], atol=1e-9)
-    assert found["side"].values.tolist() == ["above", "below"]
-    assert found["least_margin_at"].values.tolist()[0] == 0.75
-    assert found["worst_inputs"].sel(input="e").values[0] == 1.0
-    assert found["verdict"].values.tolist() == ["undecided", "kept"]
-    assert found.attrs["kept"] == "undecided"
-    assert "b below 2.6 from 0.5 to 1: kept, least margin 2.4" in found.attrs["verdict"]
+    np.testing.assert_allclose(margins["least_margin"], [0.0, 2.4], atol=1e-9)
+    assert margins["side"].values.tolist() == ["above", "below"]
+    assert margins["least_margin_at"].values.tolist()[0] == 0.75
+    assert margins["worst_inputs"].sel(input="e").values[0] == 1.0
+    assert margins["verdict"].values.tolist() == ["undecided", "kept"]
+    assert margins.attrs["kept"] == "undecided"
+    assert "b below 2.6 from 0.5 to 1: kept, least margin 2.4" in margins.attrs["verdict"]
 
 
 def test_curves_are_numbers_arrays_functions_or_labelled(surrogate):
     curve = 1.2 + T
-    own = [curve, lambda t: 1.2 + t, xr.DataArray(curve, coords={"time": T})]
-    found = [fb.analysis.check_limits(surrogate, fb.Limit("a", below=one))["margin"] for one in own]
-    for one in found[1:]:
-        np.testing.assert_array_equal(one, found[0])
-    np.testing.assert_allclose(found[0][0, 0], 1.2 - 0.15, atol=1e-9)
+    curves = [curve, lambda t: 1.2 + t, xr.DataArray(curve, coords={"time": T})]
+    margins = [
+        fb.analysis.check_limits(surrogate, fb.Limit("a", below=below))["margin"]
+        for below in curves
+    ]
+    for margin in margins[1:]:
+        np.testing.assert_array_equal(margin, margins[0])
+    np.testing.assert_allclose(margins[0][0, 0], 1.2 - 0.15, atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -71,8 +74,8 @@ def test_the_expected_error_decides():
     def response(x):
         return np.tanh(2 * x)[:, None] * np.ones(3)
 
-    rough = fb.expand(response, {"x": fb.Normal(0, 1)}, fb.AdaptivePCCI(0.01, 16))
-    bar = rough.bands(3.0)
+    expansion = fb.expand(response, {"x": fb.Normal(0, 1)}, fb.AdaptivePCCI(0.01, 16))
+    bar = expansion.bands(3.0)
     high = float(bar["error_bar"][1, 0])
     error = 3.0 * float(bar["error_bar_expected_error"][0])
     assert error > 1e-3
@@ -82,10 +85,10 @@ def test_the_expected_error_decides():
         (0.9, "undecided"),
         (1.1, "kept"),
     ):
-        found = fb.analysis.check_limits(rough, fb.Limit(below=high + shift * error))
-        assert found.attrs["kept"] == verdict
-        assert float(found["least_margin_error"][0]) == pytest.approx(error)
-        assert bool(found["run_required"][0])
+        margins = fb.analysis.check_limits(expansion, fb.Limit(below=high + shift * error))
+        assert margins.attrs["kept"] == verdict
+        assert float(margins["least_margin_error"][0]) == pytest.approx(error)
+        assert bool(margins["run_required"][0])
 
 
 def test_margin_between_the_times():
@@ -95,13 +98,13 @@ def test_margin_between_the_times():
     def response(e):
         return xr.DataArray(e[:, None] * np.sin(t), dims=("sample", "time"), coords={"time": t})
 
-    own = fb.expand(response, {"e": fb.Interval(0.5, 1.0)}, fb.AdaptivePCCI())
-    found = fb.analysis.check_limits(own, fb.Limit(below=1 - 2e-4))
-    assert not bool(found["run_required"][0])
+    expansion = fb.expand(response, {"e": fb.Interval(0.5, 1.0)}, fb.AdaptivePCCI())
+    margins = fb.analysis.check_limits(expansion, fb.Limit(below=1 - 2e-4))
+    assert not bool(margins["run_required"][0])
     on_grid = 1 - 2e-4 - np.sin(t).max()
-    assert float(found["least_margin"][0]) == pytest.approx(on_grid)
-    assert float(found["grid_error"][0]) == pytest.approx(1 - np.sin(t).max(), rel=0.02)
-    assert found.attrs["kept"] == "not kept"  # by all rules the peak is above the limit
+    assert float(margins["least_margin"][0]) == pytest.approx(on_grid)
+    assert float(margins["grid_error"][0]) == pytest.approx(1 - np.sin(t).max(), rel=0.02)
+    assert margins.attrs["kept"] == "not kept"  # by all rules the peak is above the limit
 
 
 def test_choices_are_all_checked():
@@ -109,11 +112,11 @@ def test_choices_are_all_checked():
         return e[:, None] * np.where(kind == "steel", 2.0, 1.0)[:, None] * np.ones(4)
 
     inputs = {"e": fb.Interval(0.0, 1.0), "kind": fb.Choice("steel", "brass")}
-    both = fb.expand(response, inputs, fb.AdaptivePCCI())
-    found = fb.analysis.check_limits(both, fb.Limit(below=1.5))
-    assert float(found["least_margin"][0]) == pytest.approx(-0.5)
-    assert found["worst_choice"].values[0] == "steel"
-    assert found["verdict"].values[0] == "not kept"
+    expansion = fb.expand(response, inputs, fb.AdaptivePCCI())
+    margins = fb.analysis.check_limits(expansion, fb.Limit(below=1.5))
+    assert float(margins["least_margin"][0]) == pytest.approx(-0.5)
+    assert margins["worst_choice"].values[0] == "steel"
+    assert margins["verdict"].values[0] == "not kept"
 
 
 def test_the_dims_of_an_output_stay(surrogate):
@@ -123,11 +126,11 @@ def test_the_dims_of_an_output_stay(surrogate):
         y = e[:, None, None] * x[:, None] * np.ones(5)
         return xr.DataArray(y, dims=("sample", "x", "time"), coords={"x": x, "time": np.arange(5)})
 
-    own = fb.expand(response, {"e": fb.Interval(-1.0, 1.0)}, fb.AdaptivePCCI())
-    found = fb.analysis.check_limits(
-        own, fb.Limit(above=xr.DataArray(-1.5 * x - 0.1, coords={"x": x}))
+    expansion = fb.expand(response, {"e": fb.Interval(-1.0, 1.0)}, fb.AdaptivePCCI())
+    margins = fb.analysis.check_limits(
+        expansion, fb.Limit(above=xr.DataArray(-1.5 * x - 0.1, coords={"x": x}))
     )
-    np.testing.assert_allclose(found["margin"][0], 0.1 + 0.5 * x[:, None] * np.ones(5), atol=1e-9)
+    np.testing.assert_allclose(margins["margin"][0], 0.1 + 0.5 * x[:, None] * np.ones(5), atol=1e-9)
     number = fb.expand(lambda e: e**2, {"e": fb.Interval(-1, 1)}, fb.AdaptivePCCI())
     assert float(
         fb.analysis.check_limits(number, fb.Limit(above=-0.5))["margin"][0]

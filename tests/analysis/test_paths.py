@@ -24,42 +24,42 @@ def crank(length):
 def test_a_crank_with_an_uncertain_length():
     """The region is a segment along the crank."""
     surrogate = fb.expand(crank, {"length": fb.Interval(9.0, 11.0)}, fb.PCCI(1, 1))
-    found = fb.analysis.path(surrogate, "X", "Y")
-    np.testing.assert_allclose(found["x_nominal"], 10 * np.cos(ANGLE), atol=1e-9)
-    normals = np.cos(np.deg2rad(found["direction"].values)[:, None] - ANGLE)
-    np.testing.assert_allclose(found["support"], np.maximum(9 * normals, 11 * normals), atol=1e-9)
-    longest = found["support_at"].sel(input="length").values
+    path = fb.analysis.path(surrogate, "X", "Y")
+    np.testing.assert_allclose(path["x_nominal"], 10 * np.cos(ANGLE), atol=1e-9)
+    normals = np.cos(np.deg2rad(path["direction"].values)[:, None] - ANGLE)
+    np.testing.assert_allclose(path["support"], np.maximum(9 * normals, 11 * normals), atol=1e-9)
+    longest = path["support_at"].sel(input="length").values
     assert np.all(longest[normals > 1e-9] == 11.0)
-    quarter = found.isel(time=3)  # along y: its ends are those of a direction
+    quarter = path.isel(time=3)  # along y: its ends are those of a direction
     assert float(quarter["y"].max()) == pytest.approx(11.0)
     assert float(quarter["y"].min()) == pytest.approx(9.0)
     assert np.abs(quarter["x"].values).max() < 0.2
     assert quarter["radius"] == pytest.approx(1.0, rel=0.02)
-    assert found["x"].attrs["units"] == "mm"
+    assert path["x"].attrs["units"] == "mm"
 
 
 def test_linear_responses_have_zonotopes():
     """Sums of segments: the support function is a sum, and each edge is parallel to a segment."""
-    turned = np.pi * np.array([0.0, 0.25, 0.5, 0.875])
+    angles = np.pi * np.array([0.0, 0.25, 0.5, 0.875])
     sides = np.array([1.0, 0.5, 2.0, 0.7])
 
     def response(a, b, c, d):
         values = np.stack([a, b, c, d], axis=1) * sides
-        x, y = (values @ one(turned) for one in (np.cos, np.sin))
+        x, y = (values @ function(angles) for function in (np.cos, np.sin))
         return point(x[:, None] * np.ones(2), 3 + y[:, None] * np.ones(2), [0.0, 1.0])
 
     inputs = dict.fromkeys("abcd", fb.Interval(-1, 1))
-    found = fb.analysis.path(fb.expand(response, inputs, fb.PCCI(1, 1)), "X", "Y", directions=16)
-    angle = np.deg2rad(found["direction"].values)
-    exact = np.abs(np.cos(angle[:, None] - turned)) @ sides + 3 * np.sin(angle)
-    np.testing.assert_allclose(found["support"][:, 0], exact, rtol=1e-12)
+    path = fb.analysis.path(fb.expand(response, inputs, fb.PCCI(1, 1)), "X", "Y", directions=16)
+    angle = np.deg2rad(path["direction"].values)
+    exact = np.abs(np.cos(angle[:, None] - angles)) @ sides + 3 * np.sin(angle)
+    np.testing.assert_allclose(path["support"][:, 0], exact, rtol=1e-12)
     corners = np.array(np.meshgrid(*[[-1, 1]] * 4)).reshape(4, -1).T * sides
-    exact_corners = np.stack([corners @ np.cos(turned), 3 + corners @ np.sin(turned)], axis=1)
-    x = found["x"].values[:, 0]
-    y = found["y"].values[:, 0]
+    exact_corners = np.stack([corners @ np.cos(angles), 3 + corners @ np.sin(angles)], axis=1)
+    x = path["x"].values[:, 0]
+    y = path["y"].values[:, 0]
     area = 0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)
     pairs = [
-        4 * sides[i] * sides[j] * abs(np.sin(turned[i] - turned[j]))
+        4 * sides[i] * sides[j] * abs(np.sin(angles[i] - angles[j]))
         for i in range(4) for j in range(i)
     ]  # fmt: skip
     assert area == pytest.approx(sum(pairs), rel=1e-12)  # all normals are among the directions
@@ -72,15 +72,13 @@ def test_random_inputs_make_ellipses_or_boxes():
         return point(2 * x[:, None] * np.ones(2), (x + y)[:, None] * np.ones(2), [0.0, 1.0])
 
     surrogate = fb.expand(response, {"x": NORMAL, "y": NORMAL}, fb.PCCI(1, 1))
-    found = fb.analysis.path(surrogate, "X", "Y", sigmas=3)
-    angle = np.deg2rad(found["direction"].values)
+    path = fb.analysis.path(surrogate, "X", "Y", sigmas=3)
+    angle = np.deg2rad(path["direction"].values)
     slopes = 2 * np.cos(angle) + np.sin(angle), np.sin(angle)
-    np.testing.assert_allclose(found["support"][:, 0], 3 * np.hypot(*slopes), rtol=1e-12)
-    found = fb.analysis.path(surrogate, "X", "Y", probability=0.99)
+    np.testing.assert_allclose(path["support"][:, 0], 3 * np.hypot(*slopes), rtol=1e-12)
+    path = fb.analysis.path(surrogate, "X", "Y", probability=0.99)
     z = norm.isf((1 - 0.99**0.5) / 2)
-    np.testing.assert_allclose(
-        found["support"][:, 0], z * np.sum(np.abs(slopes), axis=0), rtol=1e-9
-    )
+    np.testing.assert_allclose(path["support"][:, 0], z * np.sum(np.abs(slopes), axis=0), rtol=1e-9)
 
 
 def test_choices_and_phases():
@@ -88,27 +86,27 @@ def test_choices_and_phases():
     time = np.linspace(0.0, 1.0, 201)
 
     def response(e, x, kind):
-        turned = 80 * time * (1 + 0.01 * x[:, None]) + 0.2 * e[:, None]
+        phase = 80 * time * (1 + 0.01 * x[:, None]) + 0.2 * e[:, None]
         size = np.where(kind == "short", 1.0, 2.0)[:, None]
-        return point(size * np.cos(turned), (2 + 0.1 * e[:, None]) * time, time)
+        return point(size * np.cos(phase), (2 + 0.1 * e[:, None]) * time, time)
 
     inputs = {"e": fb.Interval(-1, 1), "x": NORMAL, "kind": fb.Choice("short", "long")}
     surrogate = fb.expand(response, inputs, fb.AdaptivePCCI(1e-3))
-    found = fb.analysis.path(surrogate, "X", "Y", directions=8)
+    path = fb.analysis.path(surrogate, "X", "Y", directions=8)
     bands = surrogate.bands()["error_bar"]
     for direction, output, bound, sign in ((0, "X", 1, 1), (2, "Y", 1, 1), (4, "X", 0, -1)):
         np.testing.assert_allclose(
-            found["support"][direction], sign * bands.sel(output=output)[bound], atol=2e-3
+            path["support"][direction], sign * bands.sel(output=output)[bound], atol=2e-3
         )
     e = np.linspace(-1, 1, 201)[:, None]
     first = np.exp(-((0.8 * time) ** 2) / 2) * np.cos(80 * time + 0.2 * e)
     second = np.exp(-2 * (0.8 * time) ** 2) * np.cos(2 * (80 * time + 0.2 * e))
     std = np.sqrt(np.maximum((1 + second) / 2 - first**2, 0))
-    each = [size * first + (2 + 0.1 * e) * time + size * std for size in (1, 2)]
+    upper_ends = [size * first + (2 + 0.1 * e) * time + size * std for size in (1, 2)]
     np.testing.assert_allclose(
-        found["support"][1], np.max(each, axis=(0, 1)) / np.sqrt(2), atol=4e-3
+        path["support"][1], np.max(upper_ends, axis=(0, 1)) / np.sqrt(2), atol=4e-3
     )
-    assert set(np.unique(found["support_choice"])) == {"short", "long"}
+    assert set(np.unique(path["support_choice"])) == {"short", "long"}
 
 
 @pytest.mark.parametrize(

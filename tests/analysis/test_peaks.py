@@ -14,9 +14,9 @@ AXIS = TimeAxis(TIMES)
 
 
 @given(st.floats(0.2, 0.8), st.floats(0.1, 5.0), st.floats(0.1, 5.0))
-def test_corners_after_impacts_are_reached(place, before, after):
+def test_corners_after_impacts_are_reached(place, fall, rise):
     """A curve falls, turns at once and rises."""
-    curve = np.maximum(before * (place - TIMES), after * (TIMES - place))
+    curve = np.maximum(fall * (place - TIMES), rise * (TIMES - place))
     assert least_between(curve, AXIS, impacts=True).lowest.min() <= 1e-12
 
 
@@ -44,9 +44,9 @@ def test_where_spikes_are_met_by_chance_any_curve_may_have_one():
     assert np.isfinite(lowest_of_impacts(wide, AXIS)).all()
 
 
-def polynomial(places):
+def polynomial(extremes):
     """Return a cubic or parabola with these extremes."""
-    return np.polynomial.Polynomial.fromroots(places).integ()
+    return np.polynomial.Polynomial.fromroots(extremes).integ()
 
 
 times_of_any_steps = st.lists(st.floats(0.02, 1.0), min_size=3, max_size=9).map(np.cumsum)
@@ -59,20 +59,20 @@ def test_cubics_are_exact_in_any_window(times, extremes, ends):
     times = np.concatenate([[0.0], times])
     curve = polynomial(np.array(extremes) * times[-1])
     first, last = np.array(ends) * times[-1]
-    found = least_between(curve(times), TimeAxis(times, (first, last)))
-    least = curve(np.linspace(first, last, 2001)).min()
+    minima = least_between(curve(times), TimeAxis(times, (first, last)))
+    smallest = curve(np.linspace(first, last, 2001)).min()
     size = np.ptp(curve(np.linspace(0, times[-1], 101))) + 1e-12
-    assert least - 1e-5 * size < found.estimate.min() < least + 1e-9 * size
-    step = int(found.estimate.argmin())
-    assert curve(found.place[step]) == pytest.approx(found.estimate[step], abs=1e-9 * size)
-    assert found.lowest.min() <= found.estimate.min() <= found.highest.min()
+    assert smallest - 1e-5 * size < minima.estimate.min() < smallest + 1e-9 * size
+    step = int(minima.estimate.argmin())
+    assert curve(minima.place[step]) == pytest.approx(minima.estimate[step], abs=1e-9 * size)
+    assert minima.lowest.min() <= minima.estimate.min() <= minima.highest.min()
 
 
 @given(st.floats(0.0, 1.0), st.floats(0.1, 5.0))
 def test_three_times_have_a_parabola(place, size):
     times = np.array([0.0, 0.3, 1.0])
-    found = least_between(size * (times - place) ** 2, TimeAxis(times))
-    np.testing.assert_allclose(found.lowest.min(), 0.0, atol=1e-12)
+    minima = least_between(size * (times - place) ** 2, TimeAxis(times))
+    np.testing.assert_allclose(minima.lowest.min(), 0.0, atol=1e-12)
 
 
 T = np.linspace(0, 1, 21)
@@ -96,29 +96,33 @@ def test_every_answer_looks_at_the_ends_of_a_window(ends):
     """Worst case, probability and yield, where the peak is beside, at, or outside of an end."""
     surrogate = fb.expand(parabolas, {"a": fb.Interval(0, 1)}, fb.AdaptivePCCI(0.01))
     requirement = fb.Requirement("q", "u", below=LIMIT, during=ends)
-    found = fb.analysis.check_limits(surrogate, requirement)
+    margins = fb.analysis.check_limits(surrogate, requirement)
     margin = LIMIT - (1 - top(*ends))
-    np.testing.assert_allclose(found["margin_between"], margin, atol=1e-9)
-    assert found["verdict"].values.item() == ("kept" if margin > 0 else "not kept")
+    np.testing.assert_allclose(margins["margin_between"], margin, atol=1e-9)
+    assert margins["verdict"].values.item() == ("kept" if margin > 0 else "not kept")
     uniform = fb.Uniform(0, 1)
     share = max(0.0, -margin)
     part = fb.production_yield(surrogate, requirement, {"a": uniform})
     assert float(part["failing_low"][0]) <= share <= float(part["failing_high"][0]) < share + 0.02
     random = fb.expand(parabolas, {"a": uniform}, fb.AdaptivePCCI(0.01))
-    left = fb.analysis.failure_probability(random, requirement).isel(bound=1)
-    ends_of_interval = (float(left[f"between_times_{end}"][0]) for end in ("low", "high"))
+    probability = fb.analysis.failure_probability(random, requirement).isel(bound=1)
+    ends_of_interval = (float(probability[f"between_times_{end}"][0]) for end in ("low", "high"))
     assert next(ends_of_interval) <= share <= next(ends_of_interval)
-    both = [requirement, fb.Requirement("r", "u", below=2.0, during=(0.1, 0.3))]
-    of_any = fb.analysis.failure_probability(random, both).sel(limit="any limit", bound="upper")
-    assert float(of_any["between_times"]) == pytest.approx(float(left["between_times"][0]), rel=0.2)
+    requirements = [requirement, fb.Requirement("r", "u", below=2.0, during=(0.1, 0.3))]
+    of_any = fb.analysis.failure_probability(random, requirements).sel(
+        limit="any limit", bound="upper"
+    )
+    assert float(of_any["between_times"]) == pytest.approx(
+        float(probability["between_times"][0]), rel=0.2
+    )
 
 
 def test_allocated_tolerances_know_what_is_between_the_times_of_a_window():
     surrogate = fb.expand(parabolas, {"a": fb.Interval(0, 1)}, fb.AdaptivePCCI(0.01))
     requirement = fb.Requirement("q", "u", below=LIMIT, during=(0.5, 0.8))
-    found = fb.analysis.allocate(surrogate, requirement, {"a": 1.0})
-    np.testing.assert_allclose(found["grid_error"], top(0.5, 0.5), atol=1e-6)
-    assert "between them it is violated by up to 0.03" in found.attrs["verdict"]
+    allocation = fb.analysis.allocate(surrogate, requirement, {"a": 1.0})
+    np.testing.assert_allclose(allocation["grid_error"], top(0.5, 0.5), atol=1e-6)
+    assert "between them it is violated by up to 0.03" in allocation.attrs["verdict"]
 
 
 def test_peaks_of_quantities_are_found_at_the_ends_of_the_motion_and_of_turns():

@@ -30,22 +30,24 @@ def test_limits_and_the_largest_tolerance_are_over_the_disc():
     surrogate = surrogate_of()
     check = fb.analysis.check_limits(surrogate, fb.Limit(below=2.0))
     assert float(check["least_margin"][0]) == pytest.approx(2.0 - 1.1 - 0.1 * SIZE, rel=1e-9)
-    found = fb.analysis.tolerance_for(surrogate, "pin", share=0.7)
-    assert float(found["tolerance"]) == pytest.approx((0.7 * (SIZE + 1) - 1) / SIZE / 10, rel=1e-3)
+    tolerances = fb.analysis.tolerance_for(surrogate, "pin", share=0.7)
+    assert float(tolerances["tolerance"]) == pytest.approx(
+        (0.7 * (SIZE + 1) - 1) / SIZE / 10, rel=1e-3
+    )
     assert float(fb.analysis.value_range(surrogate, 1.0)["range"][1]) == pytest.approx(
         1.1 + 0.1 * SIZE, rel=1e-9
     )
 
 
 def test_runs_that_verify_lie_in_the_disc():
-    seen = []
+    pins = []
 
-    def inside(pin, length):
-        seen.append(pin)
+    def recorder(pin, length):
+        pins.append(pin)
         return response(pin, length)
 
-    fb.verify(surrogate_of(), inside, runs=32)
-    size = np.hypot(*np.concatenate(seen, axis=1))
+    fb.verify(surrogate_of(), recorder, runs=32)
+    size = np.hypot(*np.concatenate(pins, axis=1))
     assert size.max() == pytest.approx(0.1, rel=1e-12)
 
 
@@ -62,13 +64,13 @@ def test_a_play_and_a_length_are_allocated_as_in_closed_form():
 @pytest.mark.parametrize(("within", "power"), [("disc", 0.5), ("rim", 0.0)])
 def test_the_yield_is_that_of_a_uniform_disc_or_rim(within, power):
     scatter = {"length": fb.Uniform(0.9, 1.1)}
-    found = fb.production_yield(surrogate_of(within=within), fb.Limit(below=1.2), scatter)
+    production = fb.production_yield(surrogate_of(within=within), fb.Limit(below=1.2), scatter)
     grid = (np.arange(400) + 0.5) / 400
     radius, angle = np.meshgrid(grid**power, 2 * np.pi * grid)
     room = 1.2 - 0.1 * SIZE * radius * np.cos(angle)
     exact = np.mean(np.clip((room - 0.9) / 0.2, 0, 1))
-    assert found["yield_low"][0] < exact < found["yield_high"][0]
-    assert float(found["failing"][0]) == pytest.approx(1 - exact, rel=0.06)
+    assert production["yield_low"][0] < exact < production["yield_high"][0]
+    assert float(production["failing"][0]) == pytest.approx(1 - exact, rel=0.06)
 
 
 def test_plays_scatter_by_themselves_and_not_over_intervals():

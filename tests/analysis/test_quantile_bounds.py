@@ -16,8 +16,8 @@ TIME = np.linspace(0.0, 1.0, 12)
 
 
 def linear(a, b, e):
-    one = a + 2 * b + 3 * e
-    return np.stack([one, -one], axis=1)
+    value = a + 2 * b + 3 * e
+    return np.stack([value, -value], axis=1)
 
 
 LINEAR = {"a": fb.Normal(1.0, 0.5), "b": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 2.0)}
@@ -28,37 +28,37 @@ def of_linear():
     return fb.expand(linear, LINEAR, fb.PCCI(1, 1))
 
 
-def within(found, expected):
+def within(quantiles, expected):
     """Assert that quantiles are exact up to their sampling error, which must be small."""
-    error = found["sampling_error"].values
-    assert (np.abs(found["quantiles"].values - expected) <= 1.5 * error + 1e-9).all()
+    error = quantiles["sampling_error"].values
+    assert (np.abs(quantiles["quantiles"].values - expected) <= 1.5 * error + 1e-9).all()
     return error.max()
 
 
 def test_a_linear_response(of_linear):
-    found = fb.analysis.quantiles(of_linear, P, at={"dim_1": 0})
+    quantiles = fb.analysis.quantiles(of_linear, P, at={"dim_1": 0})
     sigma = np.hypot(0.5, 2)
-    assert within(found, np.stack([1 - 3 + Z * sigma, 1 + 6 + Z * sigma])) < 0.03 * sigma
-    np.testing.assert_array_equal(found["quantiles_at"].sel(input="e"), [[-1] * 3, [2] * 3])
-    assert found["quantiles"].dims == ("bound", "probability")
+    assert within(quantiles, np.stack([1 - 3 + Z * sigma, 1 + 6 + Z * sigma])) < 0.03 * sigma
+    np.testing.assert_array_equal(quantiles["quantiles_at"].sel(input="e"), [[-1] * 3, [2] * 3])
+    assert quantiles["quantiles"].dims == ("bound", "probability")
 
 
 def test_a_lognormal_number_times_an_interval():
     inputs = {"a": fb.LogNormal(mean=1.0, std=0.2), "e": fb.Interval(0.5, 2.0)}
-    found = fb.analysis.quantiles(fb.expand(lambda a, e: a * e, inputs, fb.PCCI(6, 1)), P)
+    quantiles = fb.analysis.quantiles(fb.expand(lambda a, e: a * e, inputs, fb.PCCI(6, 1)), P)
     spread = np.sqrt(np.log(1.04))
     exact = lognorm(spread, scale=np.exp(-(spread**2) / 2)).ppf(P)
-    assert within(found, np.stack([0.5 * exact, 2 * exact])) < 0.005
-    assert found["quantiles"].dims == ("bound", "probability")
+    assert within(quantiles, np.stack([0.5 * exact, 2 * exact])) < 0.005
+    assert quantiles["quantiles"].dims == ("bound", "probability")
 
 
 def test_a_square_whose_median_is_lowest_inside_the_interval():
     inputs = {"a": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 2.0)}
-    found = fb.analysis.quantiles(
+    quantiles = fb.analysis.quantiles(
         fb.expand(lambda a, e: a**2 + (e - 0.3) ** 2, inputs, fb.PCCI(2, 2)), P
     )
-    within(found, chi2(1).ppf(P) + np.array([[0.0], [1.7**2]]))
-    assert found["quantiles_at"].values[0, 0] == pytest.approx(0.3, abs=0.02)
+    within(quantiles, chi2(1).ppf(P) + np.array([[0.0], [1.7**2]]))
+    assert quantiles["quantiles_at"].values[0, 0] == pytest.approx(0.3, abs=0.02)
 
 
 def test_an_interval_mean_is_a_parametric_p_box():
@@ -76,18 +76,18 @@ def test_an_interval_mean_is_a_parametric_p_box():
 
 def test_without_random_inputs_quantiles_are_bounds():
     surrogate = fb.expand(lambda e: (e - 0.3) ** 2, {"e": fb.Interval(-1.0, 2.0)}, fb.PCCI(1, 2))
-    found = fb.analysis.quantiles(surrogate, [1e-6, 0.5])
-    np.testing.assert_allclose(found["quantiles"], [[0.0, 0.0], [1.7**2, 1.7**2]], atol=1e-5)
-    assert float(found["sampling_error"].max()) == 0
+    quantiles = fb.analysis.quantiles(surrogate, [1e-6, 0.5])
+    np.testing.assert_allclose(quantiles["quantiles"], [[0.0, 0.0], [1.7**2, 1.7**2]], atol=1e-5)
+    assert float(quantiles["sampling_error"].max()) == 0
     box = fb.analysis.p_box(surrogate, values=[-0.1, 0.1, 3.0])
     np.testing.assert_array_equal(box["distribution"], [[0, 0, 1], [0, 1, 1]])
 
 
 def test_without_intervals_both_bounds_are_the_quantile():
     surrogate = fb.expand(lambda a: 2 * a, {"a": fb.Normal(1.0, 0.5)}, fb.PCCI(1, 1))
-    found = fb.analysis.quantiles(surrogate, P)
-    within(found, np.stack([2 + Z, 2 + Z]))
-    assert "quantiles_at" not in found
+    quantiles = fb.analysis.quantiles(surrogate, P)
+    within(quantiles, np.stack([2 + Z, 2 + Z]))
+    assert "quantiles_at" not in quantiles
     box = fb.analysis.p_box(surrogate)
     np.testing.assert_array_equal(*box["distribution"])
 
@@ -105,18 +105,18 @@ def test_no_place_of_a_brute_force_search_is_beyond_the_bounds():
     inputs = {name: fb.Normal(0.0, 0.5) for name in "ab"}
     inputs |= {name: fb.Interval(-1.0, 1.0) for name in "de"}
     surrogate = fb.expand(ringing, inputs, fb.PCCI(3, 4))
-    found = fb.analysis.quantiles(surrogate, [0.05, 0.9], samples=512)
+    quantiles = fb.analysis.quantiles(surrogate, [0.05, 0.9], samples=512)
     series = next(SampledSeries.of_outputs(surrogate.expansions[0]))
     psi = series.basis(samples_of(surrogate.space.families, 512, 0))
     grid = np.linspace(-1, 1, 21)
     eta = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)
     for k in range(12):
-        own = series.values(psi, eta, np.full(len(eta), k))
-        tried = sorted_quantiles(own, np.array([0.05, 0.9]))
-        lower, upper = found["quantiles"].values[..., k]
-        slack = 2e-3 * np.ptp(tried, axis=1)
-        assert (lower <= tried.min(axis=1) + slack).all()
-        assert (upper >= tried.max(axis=1) - slack).all()
+        values = series.values(psi, eta, np.full(len(eta), k))
+        brute_force = sorted_quantiles(values, np.array([0.05, 0.9]))
+        lower, upper = quantiles["quantiles"].values[..., k]
+        slack = 2e-3 * np.ptp(brute_force, axis=1)
+        assert (lower <= brute_force.min(axis=1) + slack).all()
+        assert (upper >= brute_force.max(axis=1) - slack).all()
 
 
 @pytest.mark.parametrize("method", [fb.PCCI(2, 2), fb.methods.PhaseResolvedPCCI(2, 2)])
@@ -142,21 +142,21 @@ def test_many_inputs():
     inputs = {k: fb.Normal(0.0, 1.0) for k in names[0]}
     inputs |= {k: fb.Interval(-1.0, 1.0) for k in names[1]}
     surrogate = fb.expand(
-        lambda **v: sum((k % 3 - 1) * own for k, own in enumerate(v.values())),
+        lambda **v: sum((k % 3 - 1) * value for k, value in enumerate(v.values())),
         inputs, fb.methods.RegressionPCCI(order=1),
     )  # fmt: skip
     within(fb.analysis.quantiles(surrogate, P), np.stack([np.sqrt(8) * Z - 8, np.sqrt(8) * Z + 8]))
     z = norm.ppf((1 + 0.9 ** (1 / 12)) / 2)
-    found = fb.analysis.value_range(surrogate, 0.9)
-    np.testing.assert_allclose(found["range"], [-8 * z - 8, 8 * z + 8])
+    span = fb.analysis.value_range(surrogate, 0.9)
+    np.testing.assert_allclose(span["range"], [-8 * z - 8, 8 * z + 8])
 
 
 def test_range_of_a_linear_response(of_linear):
-    found = fb.analysis.value_range(of_linear, 0.99)
+    span = fb.analysis.value_range(of_linear, 0.99)
     z = norm.ppf((1 + np.sqrt(0.99)) / 2)
     ends = np.array([1 - 2.5 * z - 3, 1 + 2.5 * z + 6])
-    np.testing.assert_allclose(found["range"].values, np.stack([ends, -ends[::-1]], axis=1))
-    worst = found["range_at"].isel(bound=1, dim_1=0)
+    np.testing.assert_allclose(span["range"].values, np.stack([ends, -ends[::-1]], axis=1))
+    worst = span["range_at"].isel(bound=1, dim_1=0)
     np.testing.assert_allclose(worst.values, [1 + 0.5 * z, z, 2.0])  # a, b, e
 
 
@@ -180,25 +180,33 @@ def test_a_ringing_response_by_its_phases():
 
     surrogate = fb.expand(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
     assert type(surrogate.expansions[0]).__name__ == "PhaseExpansion"
-    found = fb.analysis.quantiles(surrogate, [0.1, 0.9], at={"dim_1": [10, 30, 399]}, samples=1024)
+    quantiles = fb.analysis.quantiles(
+        surrogate, [0.1, 0.9], at={"dim_1": [10, 30, 399]}, samples=1024
+    )
     z = norm.ppf(np.linspace(0, 1, 2001)[1:] - 1 / 4000)
     eta = np.linspace(-1, 1, 401)
-    for k, number in enumerate(found["dim_1"].values if "dim_1" in found.coords else (10, 30, 399)):
-        own = np.cos(time[number] * (20 + 0.5 * z + 2 * eta[:, None]))
-        exact = np.quantile(own, [0.1, 0.9], axis=1)
-        np.testing.assert_allclose(found["quantiles"].values[0, :, k], exact.min(axis=1), atol=0.04)
-        np.testing.assert_allclose(found["quantiles"].values[1, :, k], exact.max(axis=1), atol=0.04)
-    assert (found["expected_error"] > 0).all()
+    for k, number in enumerate(
+        quantiles["dim_1"].values if "dim_1" in quantiles.coords else (10, 30, 399)
+    ):
+        values = np.cos(time[number] * (20 + 0.5 * z + 2 * eta[:, None]))
+        exact = np.quantile(values, [0.1, 0.9], axis=1)
+        np.testing.assert_allclose(
+            quantiles["quantiles"].values[0, :, k], exact.min(axis=1), atol=0.04
+        )
+        np.testing.assert_allclose(
+            quantiles["quantiles"].values[1, :, k], exact.max(axis=1), atol=0.04
+        )
+    assert (quantiles["expected_error"] > 0).all()
 
 
 def test_options_are_compared():
     inputs = {"c": fb.Choice(1.0, 3.0), "a": fb.Normal(0.0, 1.0), "e": fb.Interval(0.0, 1.0)}
     surrogate = fb.expand(lambda c, a, e: c * a + e, inputs, fb.PCCI(1, 1))
-    found = fb.analysis.quantiles(surrogate, [0.05, 0.95])
+    quantiles = fb.analysis.quantiles(surrogate, [0.05, 0.95])
     z = norm.ppf(0.95)
-    within(found, np.array([[-3 * z, z], [1 - z, 1 + 3 * z]]))
-    assert found["quantiles_choice"].values.tolist() == [["3.0", "1.0"], ["1.0", "3.0"]]
-    assert found["quantiles_at"].values[0].tolist() == [[0, 0], [1, 1]]
+    within(quantiles, np.array([[-3 * z, z], [1 - z, 1 + 3 * z]]))
+    assert quantiles["quantiles_choice"].values.tolist() == [["3.0", "1.0"], ["1.0", "3.0"]]
+    assert quantiles["quantiles_at"].values[0].tolist() == [[0, 0], [1, 1]]
     assert fb.analysis.value_range(surrogate, 0.9)["range_choice"].values.tolist() == ["3.0", "3.0"]
 
 
@@ -232,6 +240,6 @@ def test_refused_ranges_and_p_boxes(of_linear):
 
 
 def test_the_same_seed_gives_the_same_bits(of_linear):
-    one, other = (fb.analysis.quantiles(of_linear, P, seed=3) for _ in range(2))
-    assert one.identical(other)
-    assert not one.identical(fb.analysis.quantiles(of_linear, P, seed=4))
+    first, second = (fb.analysis.quantiles(of_linear, P, seed=3) for _ in range(2))
+    assert first.identical(second)
+    assert not first.identical(fb.analysis.quantiles(of_linear, P, seed=4))

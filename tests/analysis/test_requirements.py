@@ -30,25 +30,27 @@ def nominal():
 def test_a_band_around_the_nominal_is_in_the_unit_of_the_requirement(surrogate):
     """At e = 0.1 ± 0.2, μ ± 3σ is 0.2 t + 0.03 beside the nominal."""
     wiper = fb.Requirement("wiper angle", output="wiper", within=10.0, unit="deg")
-    found = fb.analysis.check_limits(surrogate, wiper.around(nominal()))
+    margins = fb.analysis.check_limits(surrogate, wiper.around(nominal()))
     expected = np.radians(10.0) - 0.2 * T - 0.03
-    np.testing.assert_allclose(found["margin"][0], expected, atol=1e-9)
-    assert found["limit"].values.tolist() == ["wiper angle (nominal ± 10°)"]
-    assert found["verdict"].values.tolist() == ["not kept"]
-    assert found["stated_unit"].values[0] == "deg"
-    assert float(found["stated_scale"][0]) == pytest.approx(np.pi / 180)
+    np.testing.assert_allclose(margins["margin"][0], expected, atol=1e-9)
+    assert margins["limit"].values.tolist() == ["wiper angle (nominal ± 10°)"]
+    assert margins["verdict"].values.tolist() == ["not kept"]
+    assert margins["stated_unit"].values[0] == "deg"
+    assert float(margins["stated_scale"][0]) == pytest.approx(np.pi / 180)
 
 
 def test_each_requirement_has_its_own_multiple_of_the_standard_deviation(surrogate):
-    same = {"output": "s", "below": 1000.0, "unit": "mm"}
-    both = [fb.Requirement(f"{k}σ", criterion=fb.analysis.WorstCase(k), **same) for k in (2.0, 5.0)]
-    found = fb.analysis.check_limits(surrogate, both)
+    common = {"output": "s", "below": 1000.0, "unit": "mm"}
+    requirements = [
+        fb.Requirement(f"{k}σ", criterion=fb.analysis.WorstCase(k), **common) for k in (2.0, 5.0)
+    ]
+    margins = fb.analysis.check_limits(surrogate, requirements)
     ends = 0.5 * (np.sin(1.0) + 0.3 + 0.01 * np.array([2.0, 5.0]))
-    np.testing.assert_allclose(found["least_margin"], 1.0 - ends, atol=1e-9)
-    assert found["deviations"].values.tolist() == [2.0, 5.0]
-    assert "sigmas" not in found.attrs
-    overridden = fb.analysis.check_limits(surrogate, both, sigmas=1.0)
-    np.testing.assert_allclose(overridden["least_margin"], 1.0 - 0.5 * (np.sin(1.0) + 0.31))
+    np.testing.assert_allclose(margins["least_margin"], 1.0 - ends, atol=1e-9)
+    assert margins["deviations"].values.tolist() == [2.0, 5.0]
+    assert "sigmas" not in margins.attrs
+    one_sigma = fb.analysis.check_limits(surrogate, requirements, sigmas=1.0)
+    np.testing.assert_allclose(one_sigma["least_margin"], 1.0 - 0.5 * (np.sin(1.0) + 0.31))
 
 
 def test_with_choices_the_nominal_is_that_of_each_combination():
@@ -57,14 +59,18 @@ def test_with_choices_the_nominal_is_that_of_each_combination():
         return (size * (1 + 0.1 * e))[:, None] * np.ones(3)
 
     inputs = {"e": fb.Interval(-1.0, 1.0), "kind": fb.Choice("steel", "brass")}
-    both = fb.expand(response, inputs, fb.AdaptivePCCI())
-    ones = xr.DataArray(np.ones(3), dims=both.surrogates["steel"].labels.dims[1:])
-    near = fb.Requirement("near", within=0.4).around({"steel": ones, "brass": 5 * ones})
-    found = fb.analysis.check_limits(both, near)
-    assert float(found["least_margin"][0]) == pytest.approx(-0.1)  # brass: 0.4 − 5 · 0.1
-    assert found["worst_choice"].values.tolist() == ["brass"]
-    likely = fb.Requirement("near", within=0.6).around({"steel": ones, "brass": 5 * ones})
-    assert fb.analysis.check_limits(both, likely).attrs["kept"] == "kept"
+    expansion = fb.expand(response, inputs, fb.AdaptivePCCI())
+    unit_nominal = xr.DataArray(np.ones(3), dims=expansion.surrogates["steel"].labels.dims[1:])
+    requirement = fb.Requirement("near", within=0.4).around(
+        {"steel": unit_nominal, "brass": 5 * unit_nominal}
+    )
+    margins = fb.analysis.check_limits(expansion, requirement)
+    assert float(margins["least_margin"][0]) == pytest.approx(-0.1)  # brass: 0.4 − 5 · 0.1
+    assert margins["worst_choice"].values.tolist() == ["brass"]
+    likely = fb.Requirement("near", within=0.6).around(
+        {"steel": unit_nominal, "brass": 5 * unit_nominal}
+    )
+    assert fb.analysis.check_limits(expansion, likely).attrs["kept"] == "kept"
 
 
 def test_the_words_of_a_requirement():
@@ -106,9 +112,9 @@ def test_what_does_not_fit_the_response_is_refused(surrogate):
         check(surrogate, wiper.around(nominal()))
     with pytest.raises(InputError, match="around the nominal response, which only a study knows"):
         check(surrogate, fb.Requirement("w", output="wiper", within=0.1))
-    plain = fb.expand(lambda e: e, {"e": fb.Interval(0, 1)}, fb.PCCI(0, 1))
+    without_unit = fb.expand(lambda e: e, {"e": fb.Interval(0, 1)}, fb.PCCI(0, 1))
     with pytest.raises(InputError, match="'w' unit requires an output with a unit"):
-        check(plain, fb.Requirement("w", below=2.0, unit="mm"))
+        check(without_unit, fb.Requirement("w", below=2.0, unit="mm"))
 
 
 @pytest.mark.parametrize("share", [0.0, 1.0, -0.1, np.nan])

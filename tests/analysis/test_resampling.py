@@ -55,7 +55,7 @@ def over_crank(builder, step, values=TURN, duration=1.2):
     return OverOutput(response, "crank angle", values, unit="deg")
 
 
-def known(times, wobble=0.3, turns=1.0):
+def closed_form(times, wobble=0.3, turns=1.0):
     """Return an angle that rises with a wobble, and functions of it."""
 
     def response(scale):
@@ -82,8 +82,8 @@ def test_at_constant_speed_the_values_are_those_of_times():
     assert result["crank angle"].attrs == {"units": "deg"}
     at = [0, 25, 50, 75, 100]  # every 90°
     x = result.sel(output="slider_X").values
-    every = times.sel(output="slider_X").values
-    assert np.allclose(x[0, ::9], every[0, at], rtol=0, atol=1e-12)
+    x_at_times = times.sel(output="slider_X").values
+    assert np.allclose(x[0, ::9], x_at_times[0, at], rtol=0, atol=1e-12)
     assert np.allclose(x, place(TURN[::2]), rtol=0, atol=2e-6)
 
 
@@ -99,15 +99,17 @@ def test_bands_over_the_angle_depend_on_no_drive(rise):
     ends = place(TURN[:, None], np.array([0.199, 0.201]))
     assert np.allclose(low, ends.min(axis=1), rtol=0, atol=2e-7)
     assert np.allclose(high, ends.max(axis=1), rtol=0, atol=2e-7)
-    still = fb.propagate(over_crank(builder, 2e-3), inputs | {"crank": 0.2}, fb.PCCI(0, 2))
-    assert np.ptp(still["error_bar"].values, axis=0).max() < 2e-8  # the speed alone does nothing
+    fixed_crank = fb.propagate(over_crank(builder, 2e-3), inputs | {"crank": 0.2}, fb.PCCI(0, 2))
+    assert (
+        np.ptp(fixed_crank["error_bar"].values, axis=0).max() < 2e-8
+    )  # the speed alone does nothing
 
 
 def test_the_error_falls_with_the_fourth_power_of_the_step():
     values = np.linspace(0.0, 6.0, 61)
     errors = []
     for count in (201, 401, 801):
-        response = OverOutput(known(np.linspace(0.0, 7.0, count)), "angle", values)
+        response = OverOutput(closed_form(np.linspace(0.0, 7.0, count)), "angle", values)
         sine, power = response(scale=[1.0])[0].values
         errors.append(np.abs(sine - np.sin(3 * values)).max())
         assert np.abs(power - np.exp(values / 7)).max() < errors[-1]
@@ -117,22 +119,26 @@ def test_the_error_falls_with_the_fourth_power_of_the_step():
 
 def test_times_that_are_far_apart_are_warned_of_with_about_the_true_error():
     values = np.linspace(0.0, 6.0, 61)
-    with pytest.warns(ResolutionWarning, match=r"sine over angle .* about 0\.\d+ % of its") as got:
-        result = OverOutput(known(np.linspace(0.0, 7.0, 71)), "angle", values)(scale=[1.0])
-    stated = float(str(got[0].message).split("about ")[1].split(" %")[0]) / 100
+    with pytest.warns(
+        ResolutionWarning, match=r"sine over angle .* about 0\.\d+ % of its"
+    ) as records:
+        result = OverOutput(closed_form(np.linspace(0.0, 7.0, 71)), "angle", values)(scale=[1.0])
+    estimate = float(str(records[0].message).split("about ")[1].split(" %")[0]) / 100
     true = np.abs(result[0, 0].values - np.sin(3 * values)).max() / 2
-    assert 0.5 * true < stated < 3 * true
+    assert 0.5 * true < estimate < 3 * true
 
 
 def test_a_run_does_not_depend_on_the_others_and_angles_may_fall():
-    response = OverOutput(known(np.linspace(0.0, 7.0, 401)), "angle", np.linspace(0.0, 5.0, 41))
+    response = OverOutput(
+        closed_form(np.linspace(0.0, 7.0, 401)), "angle", np.linspace(0.0, 5.0, 41)
+    )
     scale = np.array([1.0, 1.3, 2.0])
-    together = response(scale=scale)
+    batch = response(scale=scale)
     for k in range(3):
-        assert np.array_equal(response(scale=scale[k : k + 1]).values[0], together.values[k])
-    falling = known(np.linspace(0.0, 7.0, 401), turns=-1.0)
+        assert np.array_equal(response(scale=scale[k : k + 1]).values[0], batch.values[k])
+    falling = closed_form(np.linspace(0.0, 7.0, 401), turns=-1.0)
     backwards = OverOutput(falling, "angle", np.linspace(-5.0, 0.0, 41))(scale=scale)
-    assert np.allclose(backwards[:, 0, ::-1], -together[:, 0], rtol=0, atol=1e-15)
+    assert np.allclose(backwards[:, 0, ::-1], -batch[:, 0], rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -145,30 +151,30 @@ def test_a_run_does_not_depend_on_the_others_and_angles_may_fall():
 )
 def test_runs_that_do_not_pass_each_value_once_fail_by_name(wobble, values, message):
     times = np.linspace(0.0, 7.0, 401)
-    with pytest.raises(RunError, match=message) as failed:
-        OverOutput(known(times, wobble), "angle", values)(scale=np.array([1.0, 4.0]))
-    assert failed.value.failures.keys() >= {0}
+    with pytest.raises(RunError, match=message) as error:
+        OverOutput(closed_form(times, wobble), "angle", values)(scale=np.array([1.0, 4.0]))
+    assert error.value.failures.keys() >= {0}
     if values[1] == 8.0:  # the other run is kept
-        assert failed.value.failures.keys() == {0}
-        assert np.isfinite(failed.value.results.values[1]).all()
-    turned = OverOutput(known(times, 1.5), "angle", [0.0, 0.5])  # it turns back later
-    assert np.isfinite(turned(scale=[1.0])).all()
+        assert error.value.failures.keys() == {0}
+        assert np.isfinite(error.value.results.values[1]).all()
+    later_turn = OverOutput(closed_form(times, 1.5), "angle", [0.0, 0.5])  # it turns back later
+    assert np.isfinite(later_turn(scale=[1.0])).all()
 
 
 def test_failed_runs_of_the_response_are_kept_apart():
-    inner = known(np.linspace(0.0, 7.0, 401))
+    inner = closed_form(np.linspace(0.0, 7.0, 401))
 
     def response(scale):
         results = inner(scale)
         results[1] = np.nan
         raise RunError("sample 1 fails", {1: (0.5, "no reason")}, results)
 
-    over = OverOutput(response, "angle", [0.0, 5.0])
-    with pytest.raises(RunError, match=r"^sample 1 fails$") as failed:
-        over(scale=[1.0, 2.0, 3.0])
-    assert failed.value.failures == {1: (0.5, "no reason")}
+    over_angle = OverOutput(response, "angle", [0.0, 5.0])
+    with pytest.raises(RunError, match=r"^sample 1 fails$") as error:
+        over_angle(scale=[1.0, 2.0, 3.0])
+    assert error.value.failures == {1: (0.5, "no reason")}
     expected = OverOutput(inner, "angle", [0.0, 5.0])(scale=[1.0, 3.0])
-    assert np.array_equal(failed.value.results.values[[0, 2]], expected)
+    assert np.array_equal(error.value.results.values[[0, 2]], expected)
 
 
 @pytest.mark.parametrize(
@@ -192,21 +198,21 @@ def test_failed_runs_of_the_response_are_kept_apart():
 )
 def test_what_does_not_fit_is_refused_by_name(make, message):
     with pytest.raises(InputError, match=message):
-        make(known(np.linspace(0.0, 7.0, 401)))
+        make(closed_form(np.linspace(0.0, 7.0, 401)))
 
 
 def test_it_is_what_the_response_is():
-    inner = known(np.linspace(0.0, 7.0, 401))
-    over = OverOutput(fb.models.samplewise(lambda scale: inner([scale])), "angle", [0.0, 5.0])
-    assert over.one_by_one
-    assert not over.refines
+    inner = closed_form(np.linspace(0.0, 7.0, 401))
+    over_angle = OverOutput(fb.models.samplewise(lambda scale: inner([scale])), "angle", [0.0, 5.0])
+    assert over_angle.one_by_one
+    assert not over_angle.refines
     moving = over_crank(lambda crank: slider_crank(np.sin, crank), 1e-3)
     assert moving.refines
-    finer = moving.refinements(crank=0.2)["step"]
-    assert finer.source.step == 5e-4
-    assert finer.output == "crank angle"
-    sent = pickle.loads(cloudpickle.dumps(moving))
-    assert fingerprint(sent) == fingerprint(moving) != fingerprint(finer)
+    refinement = moving.refinements(crank=0.2)["step"]
+    assert refinement.source.step == 5e-4
+    assert refinement.output == "crank angle"
+    copy = pickle.loads(cloudpickle.dumps(moving))
+    assert fingerprint(copy) == fingerprint(moving) != fingerprint(refinement)
 
 
 def test_numbers_per_turn():
@@ -246,9 +252,9 @@ def test_a_study_over_the_angle_is_drawn_limited_and_answered_over_it(tmp_path):
     motion, _ = study_motion(case, samples=0)
     assert motion["places"]["shape"] == motion["times"]["shape"]
     assert "m at crank angle 720 deg (worst" in verdict_line(result.verdicts[0])
-    derived = ["derived", str(tmp_path / "run"), "peak", "slider_X", "--period", "360", "--json"]
-    told = json.loads(CliRunner().invoke(app, derived).stdout)
-    assert told["mean"][1] == pytest.approx(ROD + 0.201, abs=1e-5)
+    command = ["derived", str(tmp_path / "run"), "peak", "slider_X", "--period", "360", "--json"]
+    answer = json.loads(CliRunner().invoke(app, command).stdout)
+    assert answer["mean"][1] == pytest.approx(ROD + 0.201, abs=1e-5)
 
 
 def test_vibrations_from_the_start_are_found_over_an_output_too():
@@ -260,8 +266,8 @@ def test_vibrations_from_the_start_are_found_over_an_output_too():
         )  # fmt: skip
 
     response = fb.dynamic_response(with_cart, duration=4.0, step=5e-3)
-    over = OverOutput(response, "cart_X", np.linspace(0.0, 2.0, 201))
-    case = fb.Study(over, {"tare": fb.Interval(-0.4, 0.4)}, fb.PCCI(0, 1))
+    over_cart = OverOutput(response, "cart_X", np.linspace(0.0, 2.0, 201))
+    case = fb.Study(over_cart, {"tare": fb.Interval(-0.4, 0.4)}, fb.PCCI(0, 1))
     surrogate = case.expand()
-    (one,) = start_vibrations(case, surrogate, surrogate.bands())
-    assert one.output == "load_X"
+    (vibration,) = start_vibrations(case, surrogate, surrogate.bands())
+    assert vibration.output == "load_X"

@@ -34,7 +34,7 @@ def test_all_variables_of_bands_are_reserved():
     assert set(map(str, everything)) - OF_BANDS == set()
 
 
-def judged(response):
+def least_margin(response):
     """Return the least margin of the response below 1.5; everything else is asked for, too."""
     surrogate = fb.expand(response, INPUTS, fb.PCCI(1, 1))
     limit = fb.Limit(below=1.5)
@@ -47,9 +47,9 @@ def judged(response):
 @pytest.mark.parametrize("name", NAMES)
 def test_a_response_with_the_name_of_a_variable_is_refused(name, dim):
     with pytest.raises(fb.errors.InputError, match=repr(name)):
-        judged(response_with(name, dim=dim))
+        least_margin(response_with(name, dim=dim))
 
 
 def test_a_response_with_another_name_is_judged():
     """It reaches 2 + 3 (0.1 · 2), which is 1.1 beyond the limit."""
-    assert judged(response_with("when", dim=True)) == pytest.approx(-1.1)
+    assert least_margin(response_with("when", dim=True)) == pytest.approx(-1.1)

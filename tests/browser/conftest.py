@@ -47,14 +47,14 @@ def opening(chromium: Browser) -> Iterator[Callable[..., Page]]:
 
 
 @pytest.fixture
-def opened(chromium: Browser) -> Iterator[Callable[..., Page]]:
+def open_page(chromium: Browser) -> Iterator[Callable[..., Page]]:
     """Open a file in a page of its own."""
     with opening(chromium) as open_file:
         yield open_file
 
 
 @pytest.fixture(scope="module")
-def shared(chromium: Browser) -> Iterator[Callable[..., Page]]:
+def shared_page(chromium: Browser) -> Iterator[Callable[..., Page]]:
     """Open a file once per size for all tests that do not mind what others did in the page."""
     with opening(chromium) as open_file:
 

@@ -33,7 +33,7 @@ def page_of(tmp_path_factory):
     return folder / "report.html"
 
 
-def drawn(page, number):
+def chart_of(page, number):
     """Return the figure of an output, and its chart, drawn."""
     figure = page.locator("figure.chart").nth(number)
     figure.scroll_into_view_if_needed()
@@ -46,18 +46,18 @@ def ends(chart):
     return chart.evaluate("plot => plot._fullLayout.yaxis.range")
 
 
-def test_limits_far_from_narrow_bands_do_not_flatten_them(page_of, shared):
-    page = shared(page_of, scheme="dark")
-    figure, chart = drawn(page, 0)
+def test_limits_far_from_narrow_bands_do_not_flatten_them(page_of, shared_page):
+    page = shared_page(page_of, scheme="dark")
+    figure, chart = chart_of(page, 0)
     low, high = ends(chart)  # the band is from −0.0011 to 0.0011, the limit 0.0002 to 2 above it
     assert -0.002 < low < -0.0011
     assert 0.0012 < high < 0.004
     assert "“u below 1.0012” is outside this axis where it is far" in figure.inner_text()
-    whole = figure.get_by_role("button", name="Whole limits")
-    whole.click()
-    assert whole.get_attribute("aria-pressed") == "true"
+    button = figure.get_by_role("button", name="Whole limits")
+    button.click()
+    assert button.get_attribute("aria-pressed") == "true"
     assert ends(chart)[1] > 2.0
-    whole.click()
+    button.click()
     assert ends(chart) == pytest.approx([low, high])
     box = chart.bounding_box()
     page.mouse.dblclick(box["x"] + box["width"] / 2, box["y"] + 60)
@@ -65,29 +65,29 @@ def test_limits_far_from_narrow_bands_do_not_flatten_them(page_of, shared):
         "plot => plot._fullLayout.yaxis.range[1] > 2", arg=chart.element_handle()
     )
     figure.get_by_role("button", name="Values").click()
-    assert whole.is_hidden()
+    assert button.is_hidden()
     assert "outside this axis" not in figure.inner_text()
     assert figure.get_by_role("button", name="Values").get_attribute("aria-pressed") == "true"
-    figure, chart = drawn(page, 2)
+    figure, chart = chart_of(page, 2)
     assert "“w above -9” is far from the bands at all times" in figure.inner_text()
     assert ends(chart)[0] > -0.002
 
 
-def test_inputs_at_the_bounds_are_folded(page_of, shared):
-    page = shared(page_of, 390, scheme="dark")
-    figure, _ = drawn(page, 0)
+def test_inputs_at_the_bounds_are_folded(page_of, shared_page):
+    page = shared_page(page_of, 390, scheme="dark")
+    figure, _ = chart_of(page, 0)
     assert "Lowest with p = -1; highest with p = 1" not in figure.inner_text()
     assert figure.locator(".reading").bounding_box()["height"] < 130
     figure.locator("summary").focus()
     page.keyboard.press("Enter")
-    told = figure.locator("details").inner_text()
-    assert "Lowest with p = -1; highest with p = 1" in told
+    details = figure.locator("details").inner_text()
+    assert "Lowest with p = -1; highest with p = 1" in details
 
 
 @pytest.mark.parametrize("width", [1280, 390])
-def test_all_charts_are_on_paper_in_its_colours(page_of, shared, width):
+def test_all_charts_are_on_paper_in_its_colours(page_of, shared_page, width):
     """Chromium fires beforeprint, and takes what is drawn when its listeners return."""
-    page = shared(page_of, width, scheme="dark")
+    page = shared_page(page_of, width, scheme="dark")
     page.locator("#charts .keys").first.wait_for(state="attached")
     page.wait_for_function("document.querySelectorAll('#charts .keys').length === 6")
     looks = """() => {
@@ -98,7 +98,7 @@ def test_all_charts_are_on_paper_in_its_colours(page_of, shared, width):
     }"""
     assert page.evaluate(looks) == [[True, 690, "#1a1d21"]] * 3
     page.evaluate("dispatchEvent(new Event('afterprint'))")
-    after = "plot => [plot._fullLayout.width - plot.clientWidth, plot._fullLayout.font.color]"
-    missed, ink = page.locator("#charts .plot").last.evaluate(after)
-    assert abs(missed) < 1
+    script = "plot => [plot._fullLayout.width - plot.clientWidth, plot._fullLayout.font.color]"
+    width_error, ink = page.locator("#charts .plot").last.evaluate(script)
+    assert abs(width_error) < 1
     assert ink == "#e8eaed"

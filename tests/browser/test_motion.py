@@ -51,8 +51,8 @@ def crank(length):
 @pytest.fixture(scope="module")
 def file(tmp_path_factory):
     response = fb.dynamic_response(crank, duration=1.0, step=5e-3)
-    tree, told = motion_data(response, Space({"length": fb.Interval(0.199, 0.201)}))
-    assert tree is not None, told
+    tree, reason = motion_data(response, Space({"length": fb.Interval(0.199, 0.201)}))
+    assert tree is not None, reason
     scripts = "\n".join(ASSETS.joinpath(f"{name}.js").read_text() for name in SCRIPTS)
     style = ASSETS.joinpath("motion.css").read_text()
     page = tmp_path_factory.mktemp("motion") / "page.html"
@@ -70,16 +70,16 @@ def file(tmp_path_factory):
 
 
 @pytest.fixture
-def page(opened, file):
-    page = opened(file)
+def page(open_page, file):
+    page = open_page(file)
     page.wait_for_function("window.flexband.motion")
     return page
 
 
 @pytest.fixture(scope="module")
-def still(shared, file):
+def still_page(shared_page, file):
     """A page in which nothing is changed."""
-    page = shared(file)
+    page = shared_page(file)
     page.wait_for_function("window.flexband.motion")
     return page
 
@@ -88,7 +88,7 @@ def time_shown(page):
     return page.locator("input[type=range]").get_attribute("aria-valuetext")
 
 
-def drawn(page):
+def ink_of(page):
     """Return how many pixels of the drawing have ink, and a checksum of all."""
     return page.evaluate("""() => { const { canvas, pen } = flexband.motion;
         flexband.motion.paint();
@@ -102,7 +102,7 @@ def drawn(page):
 
 
 def test_play_moves_the_drawing_the_slider_and_the_page(page):
-    first = drawn(page)
+    first = ink_of(page)
     assert first[0] > 1000
     assert time_shown(page) == "t = 0.000 s" or time_shown(page) == "t = 0.00 s"
     page.get_by_role("button", name="Play").click()
@@ -110,20 +110,22 @@ def test_play_moves_the_drawing_the_slider_and_the_page(page):
     page.get_by_role("button", name="Pause").click()
     number = int(page.locator("input[type=range]").input_value())
     assert number > 0
-    heard = page.evaluate("heard")
-    assert heard[-1] == {"time": pytest.approx(number * 5e-3), "from": "motion"}
-    assert drawn(page) != first
+    events = page.evaluate("heard")
+    assert events[-1] == {"time": pytest.approx(number * 5e-3), "from": "motion"}
+    assert ink_of(page) != first
     page.wait_for_timeout(100)
-    assert page.evaluate("heard.length") == len(heard)
+    assert page.evaluate("heard.length") == len(events)
 
 
-def test_the_legend_says_which_arrow_is_the_longest(still):
+def test_the_legend_says_which_arrow_is_the_longest(still_page):
     joints = ("A", "B", "C", "slot")
     sensors = {name: fb.Reaction(name) for name in joints}
-    found = fb.simulate(replace(crank(0.2), sensors=sensors), duration=1.0, step=5e-3)
-    sizes = np.hypot(*(found.sel(output=[f"{k}_{axis}" for k in joints]).values for axis in "XY"))
+    reactions = fb.simulate(replace(crank(0.2), sensors=sensors), duration=1.0, step=5e-3)
+    sizes = np.hypot(
+        *(reactions.sel(output=[f"{k}_{axis}" for k in joints]).values for axis in "XY")
+    )
     joint = int(np.argmax(sizes.max(axis=1)))
-    legend = still.locator(".motion-key-reaction").inner_text()
+    legend = still_page.locator(".motion-key-reaction").inner_text()
     pattern = r"reactions; the longest arrow is (\S+) N, at (\S+), t = (\S+) s"
     size, name, time = re.fullmatch(pattern, legend).groups()
     assert name == joints[joint]
@@ -133,11 +135,11 @@ def test_the_legend_says_which_arrow_is_the_longest(still):
     assert size == pytest.approx(sizes[joint, round(time / 5e-3)], rel=5e-3)
 
 
-def test_lengths_are_in_metres_as_elsewhere_on_the_page(still):
-    shown = still.evaluate("[2.5e-7, 2.104e-4, 0.05, 3].map(flexband.shownLength)")
-    assert shown == ["2.5e-7 m", "0.00021 m", "0.05 m", "3 m"]
-    assert still.locator(".motion-now").inner_text().endswith(" m.")
-    trace = still.locator(".motion-key-trace")
+def test_lengths_are_in_metres_as_elsewhere_on_the_page(still_page):
+    lengths = still_page.evaluate("[2.5e-7, 2.104e-4, 0.05, 3].map(flexband.shownLength)")
+    assert lengths == ["2.5e-7 m", "0.00021 m", "0.05 m", "3 m"]
+    assert still_page.locator(".motion-now").inner_text().endswith(" m.")
+    trace = still_page.locator(".motion-key-trace")
     style = trace.evaluate("key => getComputedStyle(key, '::before').borderTopStyle")
     assert style == "solid"  # as it is drawn
 
@@ -211,8 +213,8 @@ def test_deviations_are_drawn_true_to_scale_or_magnified(page):
     assert spread(1) < spread(20) < spread(50)
 
 
-def test_on_a_phone_it_fits(opened, file):
-    page = opened(file, viewport={"width": 360, "height": 740}, device_scale_factor=2)
+def test_on_a_phone_it_fits(open_page, file):
+    page = open_page(file, viewport={"width": 360, "height": 740}, device_scale_factor=2)
     page.wait_for_function("window.flexband.motion")
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
     page.evaluate("flexband.motion.paint()")
@@ -221,16 +223,16 @@ def test_on_a_phone_it_fits(opened, file):
     )
 
 
-def test_without_motion_nothing_is_built(opened, file):
-    page = opened(file)
+def test_without_motion_nothing_is_built(open_page, file):
+    page = open_page(file)
     page.wait_for_function("window.flexband.motion")
     page.evaluate("""document.querySelector("#motion .panel").replaceChildren();
         flexband.starters.forEach((start) => start({ motion: null }))""")
     assert page.locator("canvas").count() == 0
 
 
-def test_names_never_overlap(file, opened):
-    page = opened(file, viewport={"width": 360, "height": 740})
+def test_names_never_overlap(file, open_page):
+    page = open_page(file, viewport={"width": 360, "height": 740})
     boxes = """() => {
       const { scene, pen, frame } = flexband.motion;
       pen.names = [];
@@ -239,17 +241,17 @@ def test_names_never_overlap(file, opened):
     }"""
     page.wait_for_function("flexband.motion")
     page.wait_for_timeout(200)
-    found = np.array(page.evaluate(boxes))
-    assert len(found) >= 5
-    for k, (*at, across, up) in enumerate(found):
-        apart = np.abs(found[:k, :2] - at) >= found[:k, 2:] + [across, up]
-        assert apart.any(axis=1).all()
+    name_boxes = np.array(page.evaluate(boxes))
+    assert len(name_boxes) >= 5
+    for k, (*at, across, up) in enumerate(name_boxes):
+        separation = np.abs(name_boxes[:k, :2] - at) >= name_boxes[:k, 2:] + [across, up]
+        assert separation.any(axis=1).all()
 
 
 @pytest.mark.parametrize("kind", ["beam", "cable"])
-def test_marks_at_nodes_are_drawn_if_they_are_apart(still, kind):
+def test_marks_at_nodes_are_drawn_if_they_are_apart(still_page, kind):
     """A beam of 300 pixels: 4 elements have marks, 128 would be a hatching."""
-    counted = """([kind, elements]) => {
+    script = """([kind, elements]) => {
         const { pen, scene } = flexband.motion, far = 300 / pen.scale;
         const nodes = Array.from({ length: elements + 1 }, (_, k) => [(far * k) / elements, 0]);
         const { spacing } = scene.data.shapes.find((own) => own.spacing); // of the rod's nodes
@@ -262,14 +264,14 @@ def test_marks_at_nodes_are_drawn_if_they_are_apart(still, kind):
         const placed = Object.assign(Object.create(scene), { places: (_, places) => places });
         placed.drawShape(fake, shape, 0, false);
         return marks; }"""
-    assert still.evaluate(counted, [kind, 4]) == 5
-    assert still.evaluate(counted, [kind, 128]) == 0
+    assert still_page.evaluate(script, [kind, 4]) == 5
+    assert still_page.evaluate(script, [kind, 128]) == 0
 
 
-def test_gravity_is_drawn_in_a_free_corner(still):
+def test_gravity_is_drawn_in_a_free_corner(still_page):
     corner = """(places) => { const { pen } = flexband.motion;
         const [x, y] = pen.freeCorner(places.map(([x, y]) => pen.place([x * pen.width, y * pen.height])));
         return [x > pen.width / 2, y > pen.height / 2]; }"""  # noqa: E501
-    assert still.evaluate(corner, [[0.5, 0.5]]) == [True, False]
-    assert still.evaluate(corner, [[0.97, 0.05]]) == [False, False]
-    assert still.evaluate(corner, [[0.97, 0.05], [0.03, 0.05]]) == [True, True]
+    assert still_page.evaluate(corner, [[0.5, 0.5]]) == [True, False]
+    assert still_page.evaluate(corner, [[0.97, 0.05]]) == [False, False]
+    assert still_page.evaluate(corner, [[0.97, 0.05], [0.03, 0.05]]) == [True, True]

@@ -88,8 +88,8 @@ def numbers(text):
     return [float(v) for v in re.findall(r"-?\d+\.?\d*(?:e[-+]?\d+)?", text)]
 
 
-def test_charts_have_the_numbers_of_the_bands(folder, shared):
-    page = shared(folder / "report.html")
+def test_charts_have_the_numbers_of_the_bands(folder, shared_page):
+    page = shared_page(folder / "report.html")
     with xr.open_dataset(folder / "bands.nc") as bands:
         bands.load()
     width = (bands["error_bar"][1] - bands["error_bar"][0]).max("time").values
@@ -100,30 +100,30 @@ def test_charts_have_the_numbers_of_the_bands(folder, shared):
         page.keyboard.press("ArrowRight")
     assert slider.get_attribute("aria-valuetext") == f"time = {7 * 0.005:g} s"
     for k, reading in enumerate(page.locator("#charts .reading").all()):
-        found = numbers(reading.inner_text().partition("mean")[2])
-        one = bands.isel(output=k, time=7)
-        expected = [*one["mean"].values, *one["error_bar"].values]
-        np.testing.assert_allclose(found[:4], expected, rtol=0, atol=(1e-3 + DIGITS) * width[k])
+        values = numbers(reading.inner_text().partition("mean")[2])
+        at_time = bands.isel(output=k, time=7)
+        expected = [*at_time["mean"].values, *at_time["error_bar"].values]
+        np.testing.assert_allclose(values[:4], expected, rtol=0, atol=(1e-3 + DIGITS) * width[k])
     chart = page.locator(".plot").first
     chart.scroll_into_view_if_needed()
     chart.locator("svg.main-svg").first.wait_for()
-    drawn = chart.evaluate("plot => plot.data.map((trace) => [trace.name, Array.from(trace.y)])")
+    traces = chart.evaluate("plot => plot.data.map((trace) => [trace.name, Array.from(trace.y)])")
     assert page.locator(".reading").count() == 4 + 2  # of charts, the path and distributions
-    assert {name for name, _ in drawn} >= {"interval mean", "stiffness", "amplitude", "phase"}
+    assert {name for name, _ in traces} >= {"interval mean", "stiffness", "amplitude", "phase"}
 
 
-def test_hovering_and_views_change_what_is_shown(folder, shared):
-    page = shared(folder / "report.html")
+def test_hovering_and_views_change_what_is_shown(folder, shared_page):
+    page = shared_page(folder / "report.html")
     figure = page.locator("figure.chart").first
     figure.scroll_into_view_if_needed()
     chart = figure.locator(".plot")
     chart.locator("svg.main-svg").first.wait_for()
-    before = figure.locator(".reading").inner_text()
+    text = figure.locator(".reading").inner_text()
     box = chart.bounding_box()
     page.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + 0.35 * box["height"])
     page.wait_for_function(
         "([own, text]) => own.innerText !== text",
-        arg=[figure.locator(".reading").element_handle(), before],
+        arg=[figure.locator(".reading").element_handle(), text],
     )
     ranges = []
     for view in figure.locator(".tools button:not([hidden])").all():
@@ -134,42 +134,42 @@ def test_hovering_and_views_change_what_is_shown(folder, shared):
     assert ranges[0] != ranges[1]
 
 
-def test_the_path_follows_the_cursor(folder, shared):
-    page = shared(folder / "report.html")
+def test_the_path_follows_the_cursor(folder, shared_page):
+    page = shared_page(folder / "report.html")
     assert "path of P_X and P_Y" in page.locator("#path .reading").inner_text()
     plot = page.locator("#path .plot")
-    own = "plot => [Math.max(...plot.data[2].x), Math.max(...plot.data[2].y)]"
+    script = "plot => [Math.max(...plot.data[2].x), Math.max(...plot.data[2].y)]"
     slider = page.get_by_role("slider", name="Cursor")
     for key, t in (("Home", 0.0), ("End", 2.0)):
         slider.press(key)
         slider.press("ArrowRight" if key == "Home" else "ArrowLeft")
         page.wait_for_timeout(100)
-        x, y = plot.evaluate(own)
+        x, y = plot.evaluate(script)
         # the highest μ + σ of cos(a t) + 0.1 ξ and sin(a t), a = 0.9 … 1.1
         angle = t * np.linspace(0.9, 1.1, 101)
         assert x == pytest.approx(np.cos(angle).max() + 0.1, abs=0.01)
         assert y == pytest.approx(np.sin(angle).max(), abs=0.01)
 
 
-def test_distributions_at_times(folder, shared):
-    page = shared(folder / "report.html")
+def test_distributions_at_times(folder, shared_page):
+    page = shared_page(folder / "report.html")
     output, place = page.locator("#p-boxes select").all()
     output.select_option("P_X [m]")
     place.select_option(label="2 s")
-    told = numbers(page.locator("#p-boxes .reading").inner_text().partition("between")[2])
+    values = numbers(page.locator("#p-boxes .reading").inner_text().partition("between")[2])
     medians = np.cos(2 * np.array([1.1, 0.9]))
-    np.testing.assert_allclose(told[:2], medians, atol=0.01)
+    np.testing.assert_allclose(values[:2], medians, atol=0.01)
 
 
-def test_what_a_study_says_is_text(folder, shared):
-    page = shared(folder / "report.html")
+def test_what_a_study_says_is_text(folder, shared_page):
+    page = shared_page(folder / "report.html")
     assert page.get_by_text("How far does <b>it</b> swing?").count() == 1
     assert page.locator("img[src=x]").count() == 0
     assert page.locator("h3", has_text="x</script><img").count() >= 1
 
 
-def test_the_first_screen_answers(folder, shared):
-    page = shared(folder / "report.html")
+def test_the_first_screen_answers(folder, shared_page):
+    page = shared_page(folder / "report.html")
     page.evaluate("scrollTo(0, 0)")
     assert "y_Y below 2100: kept" in page.locator(".requirements .pass").inner_text()
     verdict = page.locator(".verdict").inner_text()
@@ -181,8 +181,8 @@ def test_the_first_screen_answers(folder, shared):
     assert "mean 0, standard deviation 0.1" in table
 
 
-def test_phones_need_no_scrolling_sideways(folder, shared):
-    page = shared(folder / "report.html", 360, 740)
+def test_phones_need_no_scrolling_sideways(folder, shared_page):
+    page = shared_page(folder / "report.html", 360, 740)
     page.locator(".plot").first.scroll_into_view_if_needed()
     page.locator("svg.main-svg").first.wait_for()
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
@@ -192,15 +192,15 @@ def test_phones_need_no_scrolling_sideways(folder, shared):
         assert page.evaluate("['ink', 'paper'].map(flexband.color)") == expected
 
 
-def test_phones_show_all_cells_of_tables_and_pictures_that_can_be_read(small, opened):
-    page = opened(small / "report.html", viewport={"width": 390, "height": 844})
+def test_phones_show_all_cells_of_tables_and_pictures_that_can_be_read(small, open_page):
+    page = open_page(small / "report.html", viewport={"width": 390, "height": 844})
     page.locator(".what-if-limits td").first.wait_for()
     cells = page.locator("table:not(.long) td, table:not(.long) caption")
-    boxes = [own.bounding_box() for own in cells.all() if own.is_visible()]
+    boxes = [cell.bounding_box() for cell in cells.all() if cell.is_visible()]
     assert len(boxes) > 20
-    assert max(own["x"] + own["width"] for own in boxes) <= 390
-    told = page.locator("#bands table").last.locator("td").all()[1:4]
-    heads = [own.evaluate("cell => getComputedStyle(cell, '::before').content") for own in told]
+    assert max(area["x"] + area["width"] for area in boxes) <= 390
+    row = page.locator("#bands table").last.locator("td").all()[1:4]
+    heads = [cell.evaluate("cell => getComputedStyle(cell, '::before').content") for cell in row]
     assert heads[:2] == ['"worst case"', '"least margin"']
     at = page.locator(".what-if-limits td").last
     assert at.inner_text() == "time = 1 s"  # before a slider moves, too
@@ -231,7 +231,7 @@ def test_the_report_is_small_and_says_how_it_was_made(folder):
     ],
     ids=["no surrogate", "a number", "choices", "two dims"],
 )  # fmt: skip
-def test_other_studies_have_a_report(tmp_path, opened, response, inputs, method):
+def test_other_studies_have_a_report(tmp_path, open_page, response, inputs, method):
     (tmp_path / "study.py").write_text(
         f"""
 import numpy as np
@@ -245,10 +245,10 @@ study = fb.Study(response, {{"a": fb.Normal(1, 0.1), "e": fb.Interval(0, 1){inpu
         encoding="utf-8",
     )
     words = ["run", str(tmp_path / "study.py"), "--output", str(tmp_path), "--verify", "4"]
-    scanned = method.startswith("LHS")
-    result = CliRunner().invoke(app, words[:-2] if scanned else words)
-    assert result.exit_code == (3 if scanned else 0), result.output  # limits need a surrogate
-    page = opened(tmp_path / "report.html")
+    is_scan = method.startswith("LHS")
+    result = CliRunner().invoke(app, words[:-2] if is_scan else words)
+    assert result.exit_code == (3 if is_scan else 0), result.output  # limits need a surrogate
+    page = open_page(tmp_path / "report.html")
     assert page.locator("#bands td").count() >= 6
     for plot in page.locator("#charts .plot").all():
         plot.scroll_into_view_if_needed()
@@ -286,50 +286,50 @@ def many(tmp_path_factory):
 
 
 @pytest.mark.parametrize("width", [1280, 390])
-def test_all_contributions_are_lines_with_a_legend_outside_the_chart(many, shared, width):
-    page = shared(many / "report.html", width)
+def test_all_contributions_are_lines_with_a_legend_outside_the_chart(many, shared_page, width):
+    page = shared_page(many / "report.html", width)
     figure = page.locator("figure.chart").first
     chart = figure.locator(".plot")
     chart.scroll_into_view_if_needed()
     chart.locator("svg.main-svg").first.wait_for()
-    drawn = chart.evaluate(
+    curves = chart.evaluate(
         "plot => plot.data.filter((own) => own.yaxis === 'y2').map((own) => [own.name, own.y[9]])"
     )
-    assert len(drawn) == 8 + 1
-    assert drawn[-2][0] == "4 others"
-    assert sum(v for _, v in drawn[:-1]) == pytest.approx(drawn[-1][1], rel=0.02)
+    assert len(curves) == 8 + 1
+    assert curves[-2][0] == "4 others"
+    assert sum(v for _, v in curves[:-1]) == pytest.approx(curves[-1][1], rel=0.02)
     assert chart.evaluate("plot => plot.data.every((own) => !own.stackgroup)")
     assert chart.locator(".legend").count() == 0  # which the cursor would cross
     above, below = figure.locator(".keys").all()
     assert "interval mean" in above.inner_text()
     assert "4 others" in below.inner_text()
     looks = [
-        own.evaluate("key => getComputedStyle(key, '::before').borderTopStyle")
-        for own in above.locator("button", has_text=re.compile("nominal|P_X below")).all()
+        button.evaluate("key => getComputedStyle(key, '::before').borderTopStyle")
+        for button in above.locator("button", has_text=re.compile("nominal|P_X below")).all()
     ]
     assert looks == ["dotted", "dashed"]
     key = above.get_by_role("button", name="nominal")
-    seen = "plot => plot.data.map((own) => own.visible)"
-    before = chart.evaluate(seen)
+    script = "plot => plot.data.map((own) => own.visible)"
+    before = chart.evaluate(script)
     key.focus()
     page.keyboard.press("Enter")  # the legend switches curves off and on
     assert key.get_attribute("aria-pressed") == "false"
-    assert chart.evaluate(seen).count(False) == before.count(False) + 1
+    assert chart.evaluate(script).count(False) == before.count(False) + 1
     key.click()
-    assert chart.evaluate(seen) == before
+    assert chart.evaluate(script) == before
     assert "need not add up" in figure.inner_text()
     if width > 1000:  # the bands, the contributions and their numbers are one screen
         assert figure.bounding_box()["height"] < 850
 
 
-def test_numbers_of_axes_have_no_prefixes_of_units(small, shared):
-    page = shared(small / "report.html")
+def test_numbers_of_axes_have_no_prefixes_of_units(small, shared_page):
+    page = shared_page(small / "report.html")
     chart = page.locator(".plot").first
     chart.scroll_into_view_if_needed()
     chart.locator("svg.main-svg").first.wait_for()
     ticks = chart.locator(".ytick text, .y2tick text").all_text_contents()
     assert ticks
-    assert all(re.fullmatch(r"[−-]?\d+(\.\d+)?", one) for one in ticks), ticks
+    assert all(re.fullmatch(r"[−-]?\d+(\.\d+)?", tick) for tick in ticks), ticks
     plot = page.locator("#path .plot")
     plot.scroll_into_view_if_needed()
     plot.locator("svg.main-svg").first.wait_for()
@@ -338,44 +338,44 @@ def test_numbers_of_axes_have_no_prefixes_of_units(small, shared):
         assert label.bounding_box()["x"] >= title["x"] + title["width"] - 1
 
 
-def test_what_an_output_does_not_depend_on_is_not_among_its_worst_inputs(small, shared):
-    page = shared(small / "report.html")
+def test_what_an_output_does_not_depend_on_is_not_among_its_worst_inputs(small, shared_page):
+    page = shared_page(small / "report.html")
     page.locator("#charts figure summary").first.wait_for()
-    for folded in page.locator("#charts figure summary").all():
-        folded.click()
-    x, y = (own.inner_text() for own in page.locator("#charts figcaption").all())
+    for summary in page.locator("#charts figure summary").all():
+        summary.click()
+    x, y = (caption.inner_text() for caption in page.locator("#charts figcaption").all())
     assert "Lowest with p = -1, q = -1; highest with p = 1, q = 1." in x
     assert "Lowest with p = -1; highest with p = 1; others matter by less than 0.5 %" in y
     assert "only 0.05 % wider" in y  # μ ± σ is ± (1 + 5e-4)
     assert "% wider" not in x
 
 
-def test_narrow_tubes_are_magnified_and_numbers_are_true(many, shared):
-    page = shared(many / "report.html")
+def test_narrow_tubes_are_magnified_and_numbers_are_true(many, shared_page):
+    page = shared_page(many / "report.html")
     text = page.locator("#path .reading")
     factor = float(page.locator("#path select").input_value())
     assert f"deviations drawn {factor:g} times as large" in text.inner_text()
-    with xr.open_dataset(many / "path.nc") as found:
-        true = np.abs(found["x"] - found["x_nominal"]).max().values
-        radius = float(found["radius"].max())
+    with xr.open_dataset(many / "path.nc") as path:
+        true = np.abs(path["x"] - path["x_nominal"]).max().values
+        radius = float(path["radius"].max())
     assert 0.02 < factor * radius / 0.4 <= 0.05
     plot = page.locator("#path .plot")
-    far = "plot => Math.max(...plot.data[2].x) - plot.data[1].x[0]"
+    script = "plot => Math.max(...plot.data[2].x) - plot.data[1].x[0]"
     page.get_by_role("slider", name="Cursor").press("Home")
     page.get_by_role("slider", name="Cursor").press("ArrowRight")
     page.get_by_role("slider", name="Cursor").press("ArrowLeft")
     page.wait_for_timeout(100)
-    magnified = plot.evaluate(far)
+    magnified = plot.evaluate(script)
     page.locator("#path select").select_option("1")
     assert "times as large" not in text.inner_text()
-    assert plot.evaluate(far) == pytest.approx(magnified / factor, rel=1e-6)
-    assert plot.evaluate(far) == pytest.approx(float(true), rel=0.01)
-    told = plot.evaluate("plot => plot.data[1].customdata.map(Number)")
-    assert max(told) == pytest.approx(radius, rel=1e-4)
+    assert plot.evaluate(script) == pytest.approx(magnified / factor, rel=1e-6)
+    assert plot.evaluate(script) == pytest.approx(float(true), rel=0.01)
+    radii = plot.evaluate("plot => plot.data[1].customdata.map(Number)")
+    assert max(radii) == pytest.approx(radius, rel=1e-4)
 
 
-def test_sliders_move_the_margins_of_limits(many, shared):
-    page = shared(many / "report.html")
+def test_sliders_move_the_margins_of_limits(many, shared_page):
+    page = shared_page(many / "report.html")
     table = page.locator(".what-if-limits")
     table.locator("tr").nth(1).wait_for()
     study, now = (float(v.split()[0]) for v in table.locator("tr").nth(1).locator("td")
@@ -386,8 +386,8 @@ def test_sliders_move_the_margins_of_limits(many, shared):
     now = float(table.locator("tr").nth(1).locator("td").nth(1).inner_text().split()[0])
     narrower = fb.load_surrogate(many / "surrogate.npz").narrowed(p8=0.0)
     limit = fb.Limit("P_X", below=0.2008)
-    checked = fb.analysis.check_limits(narrower, limit)
-    assert now == pytest.approx(float(checked["least_margin"][0]), rel=1e-3)
+    margins = fb.analysis.check_limits(narrower, limit)
+    assert now == pytest.approx(float(margins["least_margin"][0]), rel=1e-3)
     assert now > study
     heads = page.locator(".what-if-table").first.locator("thead").inner_text()
     assert "largest expected error" in heads
@@ -413,13 +413,13 @@ study = fb.Study(response, {"e": fb.Interval(0.03, 0.04), "x": fb.Normal(0, 0.01
 """
 
 
-def test_the_path_of_a_guided_point_fills_its_chart(opened, tmp_path):
+def test_the_path_of_a_guided_point_fills_its_chart(open_page, tmp_path):
     (tmp_path / "guided.py").write_text(GUIDED, encoding="utf-8")
-    done = CliRunner().invoke(
+    result = CliRunner().invoke(
         app, ["run", str(tmp_path / "guided.py"), "-o", str(tmp_path / "out")]
     )
-    assert done.exit_code == 0, done.output
-    page = opened(tmp_path / "out" / "report.html")
+    assert result.exit_code == 0, result.output
+    page = open_page(tmp_path / "out" / "report.html")
     page.locator("#path .plot").scroll_into_view_if_needed()
     page.wait_for_selector("#path .main-svg")
     ranges = "p => ['xaxis', 'yaxis'].map(a => p._fullLayout[a].range)"
@@ -428,27 +428,29 @@ def test_the_path_of_a_guided_point_fills_its_chart(opened, tmp_path):
     assert 0.06 < top - bottom < 0.2
 
 
-def test_inputs_have_their_units(folder, shared):
-    page = shared(folder / "report.html")
+def test_inputs_have_their_units(folder, shared_page):
+    page = shared_page(folder / "report.html")
     rows = page.locator("table", has_text="what is known of it").first.locator("tbody tr")
-    cells = {row[0]: row for row in (one.locator("th, td").all_inner_texts() for one in rows.all())}
+    cells = {
+        row[0]: row for row in (line.locator("th, td").all_inner_texts() for line in rows.all())
+    }
     assert [cells[name][3] for name in ("amplitude", "phase", "stiffness")] == ["", "m", "<b>N/m"]
     page.locator(".what-if-input").first.wait_for()
-    for name, told in {"stiffness": "± 20) <b>N/m", "phase": "std 0.1 m, 100 %"}.items():
-        assert told in page.locator(".what-if-input", has_text=name).inner_text()
+    for name, text in {"stiffness": "± 20) <b>N/m", "phase": "std 0.1 m, 100 %"}.items():
+        assert text in page.locator(".what-if-input", has_text=name).inner_text()
 
 
-def test_a_browser_may_pause_between_the_scripts_of_a_page(many, opened, tmp_path):
+def test_a_browser_may_pause_between_the_scripts_of_a_page(many, open_page, tmp_path):
     page = (many / "report.html").read_text(encoding="utf-8")
     pause = '</script><script src="pause.js"></script>'
     (tmp_path / "paused.html").write_text(page.replace("</script>", pause), encoding="utf-8")
     busy = "{ const from = performance.now(); while (performance.now() - from < 50); }"
     (tmp_path / "pause.js").write_text(busy, encoding="utf-8")
-    opened(tmp_path / "paused.html").locator(".what-if-limits").wait_for(timeout=10_000)
+    open_page(tmp_path / "paused.html").locator(".what-if-limits").wait_for(timeout=10_000)
 
 
-def test_pictures_have_the_colours_of_the_page(many, shared):
-    page = shared(many / "report.html")
+def test_pictures_have_the_colours_of_the_page(many, shared_page):
+    page = shared_page(many / "report.html")
     picture = page.locator("figure img").first
     sheet = []
     for scheme in ("light", "dark"):

@@ -120,18 +120,18 @@ def test_new_runs_verify_a_surrogate(study_file, tmp_path):
         )
         assert "no more than expected; the largest error that follows is 0" in text
     assert fb.load_surrogate(out / "surrogate.npz").labels.sizes["output"] == 2
-    with xr.open_dataset(out / "verification.nc", engine="scipy") as checked:
-        assert checked["confirmed"].values.all()
-        assert checked.attrs["runs"] == 16
+    with xr.open_dataset(out / "verification.nc", engine="scipy") as verification:
+        assert verification["confirmed"].values.all()
+        assert verification.attrs["runs"] == 16
     assert "onfirmed" not in call_adaptive(study_file, tmp_path / "none", 0.1, "--verify", 0)
     assert not (tmp_path / "none" / "verification.nc").exists()
-    none = call("run", study_file, "--output", out, "--method", "lhs-scanning", "--verify", 4)
-    assert none.exit_code == 2
-    assert "--verify requires a method with a surrogate; got LHS–Scanning" in none.output
+    result = call("run", study_file, "--output", out, "--method", "lhs-scanning", "--verify", 4)
+    assert result.exit_code == 2
+    assert "--verify requires a method with a surrogate; got LHS–Scanning" in result.output
     for samples in (1, -1):
-        few = call("run", study_file, "--output", out / "few", "--verify", samples)
-        assert few.exit_code == 2
-        assert f"--verify must be 0, or 2 or more; got {samples}" in few.output
+        answer = call("run", study_file, "--output", out / "few", "--verify", samples)
+        assert answer.exit_code == 2
+        assert f"--verify must be 0, or 2 or more; got {samples}" in answer.output
     assert not (out / "few").exists()  # refused before the runs
 
 
@@ -139,12 +139,12 @@ def test_options_change_the_method_of_the_study(study_file, tmp_path):
     result = call("run", study_file, "--output", tmp_path / "out", "--interval-order", 2)
     assert result.exit_code == 0, result.output
     assert "improved PCCI (1, 2), 13 runs" in result.output
-    wrong = call("run", study_file, "--output", tmp_path / "out", "--samples", 500)
-    assert wrong.exit_code == 2
+    refusal = call("run", study_file, "--output", tmp_path / "out", "--samples", 500)
+    assert refusal.exit_code == 2
     message = (
         "options of improved PCCI are --random-order, --interval-order, --correct; got --samples"
     )
-    assert message in " ".join(wrong.output.split())
+    assert message in " ".join(refusal.output.split())
 
 
 def test_methods_are_those_of_the_package(study_file):
@@ -152,9 +152,9 @@ def test_methods_are_those_of_the_package(study_file):
     for name in ("adaptive-pcci", "phase-resolved-pcci", "improved-pcci", "pcci", "lhs-scanning",
                  "monte-carlo", "--random-order", "--max-runs", "--seed"):  # fmt: skip
         assert name in output
-    wrong = call("run", study_file, "--method", "magic")
-    assert wrong.exit_code == 2
-    assert "--method must be 'adaptive-pcci', " in wrong.output
+    refusal = call("run", study_file, "--method", "magic")
+    assert refusal.exit_code == 2
+    assert "--method must be 'adaptive-pcci', " in refusal.output
 
 
 def test_output_is_checked_before_the_runs(study_file):
@@ -259,8 +259,8 @@ NAMES = ["A B", "a/b", "$x_", "[bold]:smile:力", "ü" * 300, ".."]
 def test_any_names_of_outputs_are_in_the_report(tmp_path):
     file = tmp_path / "names.py"
     out = tmp_path / "out"
-    named = f'"output": {NAMES}, "unit": ("output", {["m"] * len(NAMES)})'
-    text = STUDY.replace('"output": ["u", "v"], "unit": ("output", ["m", "N"])', named)
+    coords = f'"output": {NAMES}, "unit": ("output", {["m"] * len(NAMES)})'
+    text = STUDY.replace('"output": ["u", "v"], "unit": ("output", ["m", "N"])', coords)
     text = text.replace(
         "np.stack([values, 2 * values], axis=1)",
         f"np.stack([k * values for k in range(1, {len(NAMES) + 1})], axis=1)",
@@ -272,15 +272,15 @@ def test_any_names_of_outputs_are_in_the_report(tmp_path):
     page = (out / "report.html").read_text(encoding="utf-8")
     assert page.count("<img") == 1  # realizations of the input
     data = json.loads(re.search('id="data">(.*?)</script>', page)[1])  # pyright: ignore
-    assert [one["name"] for one in data["charts"]["outputs"]] == NAMES
+    assert [output["name"] for output in data["charts"]["outputs"]] == NAMES
     assert "remark" not in result.output
 
 
 def test_a_figure_that_cannot_be_drawn_is_a_remark(study_file, tmp_path, monkeypatch):
-    def broken(fields, along):
+    def fail(fields, along):
         raise ValueError(f"no picture of {', '.join(fields)}")
 
-    monkeypatch.setattr("flexband.report.page.given.fields_picture", broken)
+    monkeypatch.setattr("flexband.report.page.given.fields_picture", fail)
     out = tmp_path / "out"
     result = call("run", study_file, "--output", out, "--no-store")
     assert result.exit_code == 0, result.output
@@ -291,7 +291,7 @@ def test_a_figure_that_cannot_be_drawn_is_a_remark(study_file, tmp_path, monkeyp
 
 
 def test_results_are_saved_before_anything_else_can_fail(study_file, tmp_path, monkeypatch):
-    def fails(*arguments, **named):
+    def fails(*arguments, **options):
         raise RuntimeError("no bands today")
 
     out = tmp_path / "out"
@@ -403,28 +403,30 @@ for words in (["run", file, "--output", out], ["run", "--help"], ["run", missing
         print("status", end.code, flush=True)
 """
     arguments = [study_file, tmp_path / "oüt", tmp_path / "fehlt µ.py"]
-    done = subprocess.run([sys.executable, "-c", program, *map(str, arguments)], env=environment,
+    process = subprocess.run([sys.executable, "-c", program, *map(str, arguments)], env=environment,
                           capture_output=True, check=True)  # fmt: skip
-    assert re.findall(rb"^status (\d)", done.stdout, re.MULTILINE) == [b"0", b"0", b"1"]
-    assert b"Traceback" not in done.stderr
-    assert b"UnicodeEncodeError" not in done.stderr
-    (done.stdout + done.stderr).decode("ascii")
+    assert re.findall(rb"^status (\d)", process.stdout, re.MULTILINE) == [b"0", b"0", b"1"]
+    assert b"Traceback" not in process.stderr
+    assert b"UnicodeEncodeError" not in process.stderr
+    (process.stdout + process.stderr).decode("ascii")
 
 
 def test_files_of_an_earlier_run_are_not_taken_for_new_ones(study_file, tmp_path):
     out = tmp_path / "out"
     assert call("run", study_file, "--output", out, "--verify", 2, "--no-store").exit_code == 0
-    mine = {"mine.png", "notes.txt"}
-    for name in mine:
+    foreign_files = {"mine.png", "notes.txt"}
+    for name in foreign_files:
         (out / name).write_text("mine", encoding="utf-8")
     first = WRITTEN | {"verification.nc"}
-    assert {p.name for p in out.iterdir()} == mine | first
+    assert {p.name for p in out.iterdir()} == foreign_files | first
     renamed = STUDY.replace('"u", "v"', '"u", "w"')
     study_file.write_text(renamed, encoding="utf-8")
     result = call("run", study_file, "--output", out, "--method", "lhs-scanning", "--samples", 3,
                   "--no-store")  # fmt: skip
     assert result.exit_code == 0, result.output
-    assert {p.name for p in out.iterdir()} == mine | first  # nothing that was computed is removed
+    assert {
+        p.name for p in out.iterdir()
+    } == foreign_files | first  # nothing that was computed is removed
     text = " ".join(result.output.replace("\n", "").split())
     for name in ("surrogate.npz", "verification.nc", "contributions.nc"):
         assert re.search(rf"Older: [^ ]*{name}, of an earlier run", text)
@@ -433,26 +435,26 @@ def test_files_of_an_earlier_run_are_not_taken_for_new_ones(study_file, tmp_path
 def test_a_full_disk_is_named_and_leaves_older_files(study_file, tmp_path, monkeypatch):
     out = tmp_path / "out"
     assert call("run", study_file, "--output", out, "--no-store").exit_code == 0
-    before = {p.name: p.read_bytes() for p in out.iterdir()}
+    content = {p.name: p.read_bytes() for p in out.iterdir()}
 
     def full(self, *arguments, **options):
         if self.name.endswith(".partial") and not self.name.startswith("holder"):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        return opened(self, *arguments, **options)
+        return open_path(self, *arguments, **options)
 
-    opened = Path.open
+    open_path = Path.open
     monkeypatch.setattr(Path, "open", full)
     monkeypatch.setattr(Path, "write_text", full)
     monkeypatch.setattr(
         "flexband.study.results.netcdf.ScipyDataStore", lambda to, **_: full(Path(to))
     )
-    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda own, file, **_: full(file))
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda figure, file, **_: full(file))
     result = call("run", study_file, "--output", out, "--interval-order", 2, "--no-store")
     assert result.exit_code == 1
     text = " ".join(result.output.replace("\n", "").split())
     for name in ("surrogate.npz", "bands.nc", "report.html"):
         assert re.search(rf"No space left on device: '[^']*{name}'", text), name
-    assert {p.name: p.read_bytes() for p in out.iterdir()} == before
+    assert {p.name: p.read_bytes() for p in out.iterdir()} == content
 
 
 def test_a_comparison_keeps_the_methods_that_are_finished(study_file, tmp_path, monkeypatch):
@@ -471,9 +473,9 @@ def test_a_comparison_keeps_the_methods_that_are_finished(study_file, tmp_path, 
 
 
 def test_help_shows_units_and_defaults_in_brackets():
-    told = " ".join(call("run", "--help").output.replace("│", " ").split())
-    assert "Time [s] that one call of the response may take" in told
-    assert "0 for none. [default: 16]" in told
+    output = " ".join(call("run", "--help").output.replace("│", " ").split())
+    assert "Time [s] that one call of the response may take" in output
+    assert "0 for none. [default: 16]" in output
 
 
 def test_the_help_of_run_fits_a_screen():

@@ -36,10 +36,10 @@ def long_call():
     np.linalg.eigvals(np.random.default_rng(0).random((3000, 3000)))
 
 def response(a):
-    {here}
+    {call}
     return a[:, None] * np.ones(3)
 
-{there}
+{setup}
 study = fb.Study(response, {{"a": fb.Interval(1.0, 2.0)}}, fb.PCCI(1, 1))
 """
 STATES = {
@@ -52,8 +52,8 @@ STATES = {
 @pytest.mark.skipif(os.name == "nt", reason="signals differ")
 @pytest.mark.parametrize("state", [*STATES, "imports"])
 def test_ctrl_c_ends_the_command(state, tmp_path):
-    here, there = STATES.get(state, ("", ""))
-    (tmp_path / "study.py").write_text(STUDY.format(here=here, there=there), encoding="utf-8")
+    call, setup = STATES.get(state, ("", ""))
+    (tmp_path / "study.py").write_text(STUDY.format(call=call, setup=setup), encoding="utf-8")
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     if state == "imports":
         program = ["-c", "import flexband.__main__ as m; print(1, flush=True); m.main()"]
@@ -85,8 +85,8 @@ def test_ctrl_c_ends_the_command(state, tmp_path):
 @pytest.mark.skipif(os.name == "nt", reason="signals differ")
 def test_sigterm_says_how_to_go_on(tmp_path):
     """One that a process forked by the response gets is none of the command's."""
-    here = "fork(); sleeps()"
-    there = """
+    call = "fork(); sleeps()"
+    setup = """
 def fork():
     import multiprocessing
     child = multiprocessing.get_context("fork").Process(target=time.sleep, args=(30,))
@@ -95,7 +95,7 @@ def fork():
     child.join()
     time.sleep(1.5)
 """
-    (tmp_path / "study.py").write_text(STUDY.format(here=here, there=there), encoding="utf-8")
+    (tmp_path / "study.py").write_text(STUDY.format(call=call, setup=setup), encoding="utf-8")
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     with subprocess.Popen(
         [sys.executable, "-m", "flexband", "run", "study.py", "--output", "out"],
@@ -116,26 +116,26 @@ def fork():
     [("KeyboardInterrupt", 130, "Ctrl-C"), ("KeyboardInterrupt(15)", 143, "SIGTERM")],
 )
 def test_the_folder_tells_what_stopped_a_study(interrupt, status, reason, tmp_path):
-    text = STUDY.format(here=f"raise {interrupt}", there="")
+    text = STUDY.format(call=f"raise {interrupt}", setup="")
     (tmp_path / "study.py").write_text(text, encoding="utf-8")
     out = tmp_path / "out"
-    done = CliRunner().invoke(app, ["run", str(tmp_path / "study.py"), "--output", str(out)])
-    assert done.exit_code == status
-    about = json.loads((out / "study.json").read_text(encoding="utf-8"))
-    assert (about["state"], about["reason"]) == ("stopped", reason)
+    result = CliRunner().invoke(app, ["run", str(tmp_path / "study.py"), "--output", str(out)])
+    assert result.exit_code == status
+    record = json.loads((out / "study.json").read_text(encoding="utf-8"))
+    assert (record["state"], record["reason"]) == ("stopped", reason)
 
 
 def test_threads_do_not_outlive_an_error():
-    done = []
+    finished_parts = []
 
     def work(part):
         if part == 3:
             raise ValueError("three")
-        done.append(part)
+        finished_parts.append(part)
         time.sleep(0.01)
 
     with pytest.raises(ValueError, match="three"):
         in_threads(work, range(1000))
     time.sleep(0.05)
-    assert len(done) < 100
-    in_threads(done.append, [])
+    assert len(finished_parts) < 100
+    in_threads(finished_parts.append, [])

@@ -30,8 +30,8 @@ COMMANDS = {
 
 
 def call(*words):
-    done = CliRunner().invoke(app, [str(word) for word in words])
-    return done.exit_code, "".join(done.output.split())
+    result = CliRunner().invoke(app, [str(word) for word in words])
+    return result.exit_code, "".join(result.output.split())
 
 
 @pytest.fixture
@@ -54,8 +54,8 @@ def move(folder, file):
     file.write_text(STUDY, encoding="utf-8")
     file.with_name("ran").unlink(missing_ok=True)
     name = folder / "study.json"
-    about = json.loads(name.read_text(encoding="utf-8"))
-    name.write_text(json.dumps(about | {"file": str(file)}), encoding="utf-8")
+    record = json.loads(name.read_text(encoding="utf-8"))
+    name.write_text(json.dumps(record | {"file": str(file)}), encoding="utf-8")
     return file
 
 
@@ -65,34 +65,34 @@ def test_a_file_elsewhere_is_not_run(place, folder, tmp_path):
     if file.name == "link.py":
         target = move(folder, tmp_path / "theirs" / "study.py")
         file.symlink_to(target)
-        about = (folder / "study.json").read_text(encoding="utf-8")
+        record = (folder / "study.json").read_text(encoding="utf-8")
         name = folder / "study.json"
-        name.write_text(about.replace(str(target), str(file)), encoding="utf-8")
-        ran = target.with_name("ran")
+        name.write_text(record.replace(str(target), str(file)), encoding="utf-8")
+        marker = target.with_name("ran")
     else:
-        ran = move(folder, file).with_name("ran")
+        marker = move(folder, file).with_name("ran")
     for command, options in COMMANDS.items():
         status, output = call(command, folder, *options)
         assert status == 2, (command, output)
         assert str(file) in output
         assert "--trust" in output
-    assert not ran.exists()
+    assert not marker.exists()
     status, output = call("limits", folder, "--trust")
     assert status == 0, output
-    assert ran.exists() or (file.parent / "ran").exists()
+    assert marker.exists() or (file.parent / "ran").exists()
 
 
 def test_a_file_below_the_working_directory_or_beside_the_folder_is_run(folder, tmp_path):
     for file in (tmp_path / "mine" / "other.py", tmp_path / "elsewhere" / "deep" / "study.py"):
-        ran = move(folder, file).with_name("ran")
+        marker = move(folder, file).with_name("ran")
         assert call("limits", folder)[0] == 0
-        assert ran.exists()
+        assert marker.exists()
 
 
 def test_a_scheduler_on_another_host_is_not_connected_to(folder):
     name = folder / "study.json"
-    about = json.loads(name.read_text(encoding="utf-8"))
-    name.write_text(json.dumps(about | {"executor": "tcp://host.invalid:1"}), encoding="utf-8")
+    record = json.loads(name.read_text(encoding="utf-8"))
+    name.write_text(json.dumps(record | {"executor": "tcp://host.invalid:1"}), encoding="utf-8")
     status, output = call("resume", folder)
     assert (status, "tcp://host.invalid:1" in output, "--trust" in output) == (2, True, True)
     status, output = call("resume", folder, "--executor", "processes:1")

@@ -10,10 +10,10 @@ PAGE = (Path(__file__).parents[2] / "docs" / "how-to" / "answers.md").read_text(
 
 def test_samples_find_as_much_of_the_worst_sum_as_the_page_says():
     """Means over draws of what 1000 samples find of the worst sum of equal tolerances."""
-    told = re.search(r"draws are (\d+), (\d+), (\d+) and (\d+) %", PAGE)
-    assert told is not None
+    sentence = re.search(r"draws are (\d+), (\d+), (\d+) and (\d+) %", PAGE)
+    assert sentence is not None
     rng = np.random.default_rng(1)
-    for count, percent in zip((3, 5, 10, 20), told.groups(), strict=True):
+    for count, percent in zip((3, 5, 10, 20), sentence.groups(), strict=True):
         sums = rng.uniform(-1.0, 1.0, (200, 1000, count)).sum(axis=2).max(axis=1) / count
         assert abs(100 * sums.mean() - int(percent)) < 1.5
 
@@ -22,8 +22,8 @@ def test_the_code_runs(capsys):
     names = {}
     for code in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL):
         exec(code, names)
-    printed = re.findall(r"tolerances: (\d+)%", capsys.readouterr().out)
-    assert f"# {', '.join(printed[:3])} and {printed[3]} %" in PAGE
+    percents = re.findall(r"tolerances: (\d+)%", capsys.readouterr().out)
+    assert f"# {', '.join(percents[:3])} and {percents[3]} %" in PAGE
     assert names["shares"]["name"].values.tolist() == ["length", "stiffness"]
     width = names["narrower"].bands()["error_bar"].diff("bound").mean()
     assert 0.4 < width / names["shares"]["width"].mean() < 0.6

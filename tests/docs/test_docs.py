@@ -42,7 +42,7 @@ TO_RUN = [
 def blocks(text, *languages):
     """Return language, rest of the first line, and content of the fenced blocks that can run."""
     pattern = rf"^```({'|'.join(languages)})\b *(.*)\n((?:.*\n)*?)```$"
-    return [one for one in re.findall(pattern, text, re.MULTILINE) if one[1] != "no-run"]
+    return [block for block in re.findall(pattern, text, re.MULTILINE) if block[1] != "no-run"]
 
 
 def commands(text):
@@ -77,21 +77,21 @@ def test_code_and_commands_run(name, tmp_path, monkeypatch):
             for words in commands(content):
                 if words[0] == "import-results":
                     somebody_runs_the_model(tmp_path)
-                done = CliRunner().invoke(app, words)
-                assert done.exit_code in (0, 4), f"{words}\n{done.output}"
+                result = CliRunner().invoke(app, words)
+                assert result.exit_code in (0, 4), f"{words}\n{result.output}"
 
 
 @pytest.mark.parametrize("name", PAGES)
 def test_commands_are_understood(name):
     """Every command in a block, or in backticks with arguments, is parsed."""
-    found = [content for _, _, content in blocks(PAGES[name], "sh")]
-    found += re.findall(r"`(flexband [^`]+)`", PAGES[name].replace("\n", " "))
-    for words in (w for text in found for w in commands(text)):
+    texts = [content for _, _, content in blocks(PAGES[name], "sh")]
+    texts += re.findall(r"`(flexband [^`]+)`", PAGES[name].replace("\n", " "))
+    for words in (w for text in texts for w in commands(text)):
         if words and not words[0].startswith("-"):
             load(words[:1])
-            own = get_group(app).commands[words[0]]
+            command = get_group(app).commands[words[0]]
             if len(words) > 1 and not any(word.startswith("--help") for word in words):
-                own.make_context(words[0], words[1:])
+                command.make_context(words[0], words[1:])
 
 
 @pytest.mark.parametrize("name", [name for name, text in PAGES.items() if "{code-cell}" in text])
@@ -106,7 +106,7 @@ def test_cells_are_python(name):
         assert "remove-cell" not in options or "setup_page" in content
 
 
-def mentioned(text):
+def paths_in(text):
     """Yield the paths of pages, of code and of tests that a text names."""
     pattern = (
         r"\b(?:docs|src|tests|benchmarks|examples|validation)/[\w./-]*\w\.(?:md|py|png|json)\b"
@@ -128,14 +128,14 @@ def test_links_lead_somewhere(name):
                     re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles
                 }
                 assert heading in anchors, target
-    for path in mentioned(PAGES[name]):
+    for path in paths_in(PAGES[name]):
         assert (ROOT / path).exists(), path
 
 
 @pytest.mark.parametrize("folder", ["src", "tests", "benchmarks", "examples", "validation", ".ci"])
 def test_files_that_code_names_exist(folder):
     for file in (ROOT / folder).rglob("*.py"):
-        for path in mentioned(file.read_text(encoding="utf-8")):
+        for path in paths_in(file.read_text(encoding="utf-8")):
             assert (ROOT / path).exists(), f"{file.relative_to(ROOT)}: {path}"
 
 
@@ -152,7 +152,7 @@ def test_every_page_is_in_the_contents():
 
 
 def test_the_reference_has_every_public_name():
-    listed = {name: [] for name in (*PLACES, "flexband.plot")}
+    by_module = {name: [] for name in (*PLACES, "flexband.plot")}
     for page in (DOCS / "reference" / "api").glob("*.rst"):
         pattern = r"^\.\. (currentmodule|auto(?:class|function|exception)):: ([\w.]+)$"
         module = ""
@@ -160,6 +160,6 @@ def test_the_reference_has_every_public_name():
             if kind == "currentmodule":
                 module = name
             elif "." not in name:  # what only functions return has no public name
-                listed[module].append(name)
-    for module, names in listed.items():
+                by_module[module].append(name)
+    for module, names in by_module.items():
         assert sorted(names) == sorted(import_module(module).__all__), module

@@ -19,8 +19,8 @@ def page():
     for block in blocks:
         exec(block, names)
         definition = block[block.index("@dataclass") :] if "@dataclass" in block else ""
-        for one in definition.split("@dataclass")[1:]:
-            assert len(one.strip().splitlines()) <= 18
+        for code in definition.split("@dataclass")[1:]:
+            assert len(code.strip().splitlines()) <= 18
     return SimpleNamespace(**names)
 
 
@@ -81,9 +81,9 @@ def test_input(page, tmp_path):
     np.testing.assert_allclose(bands["mean"], [1.0, 3.0], rtol=1e-4)
     np.testing.assert_allclose(bands["error_bar"], [-1.0, 5.0], rtol=1e-3, atol=2e-3)
     fb.save_surrogate(surrogate, tmp_path / "own.npz")
-    loaded = fb.load_surrogate(tmp_path / "own.npz")
-    assert loaded.space.inputs == inputs
-    exact = loaded.space.inputs["rate"]
+    copy = fb.load_surrogate(tmp_path / "own.npz")
+    assert copy.space.inputs == inputs
+    exact = copy.space.inputs["rate"]
     np.testing.assert_allclose(exact.value(exact.standard(np.array([0.1, 7.0]))), [0.1, 7.0])
 
 

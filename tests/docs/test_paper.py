@@ -28,17 +28,17 @@ def test_the_page_is_made_of_the_stored_numbers():
 
 def test_the_stored_numbers_are_those_of_the_code():
     assert np.allclose(list(cosine().values()), list(NUMBERS["cosine"].values()), rtol=1e-4)
-    stored = cell_of(NUMBERS["sweep"])
+    cell = cell_of(NUMBERS["sweep"])
     case = slider_crank(0.7)
-    own, rough = (
+    reference, coarse = (
         fb.propagate(case.response, case.inputs, method)
         for method in (fb.methods.PhaseResolvedPCCI(*PHASES), fb.ImprovedPCCI(1, 1))
     )
-    third = mean_widths(own, (0.4, 0.6))
-    assert third == pytest.approx(stored["widths"][2], rel=1e-3)
-    assert errors(rough, own) == pytest.approx(stored["improved PCCI 1"], rel=1e-3)
+    third = mean_widths(reference, (0.4, 0.6))
+    assert third == pytest.approx(cell["widths"][2], rel=1e-3)
+    assert errors(coarse, reference) == pytest.approx(cell["improved PCCI 1"], rel=1e-3)
     row = next(m for m in NUMBERS["reactions"]["methods"] if m["label"] == "improved PCCI (1, 1)")
-    assert errors(rough, own) == pytest.approx(row["against truth"], rel=0.01)
+    assert errors(coarse, reference) == pytest.approx(row["against truth"], rel=0.01)
 
 
 def test_where_a_statement_holds_is_told_by_step_and_element():
@@ -57,10 +57,10 @@ def test_where_a_statement_holds_is_told_by_step_and_element():
 
 def test_the_soft_link_bends_little_about_the_rigid_mechanism():
     study = runpy.run_path(str(ROOT / "examples" / "paper" / "soft_link.py"))["study"]
-    found = study.nominal()
-    angle = 4 * np.pi * found.time.values
+    motion = study.nominal()
+    angle = 4 * np.pi * motion.time.values
     crank = 0.2 * np.array([np.cos(angle), np.sin(angle)])
     tilt = -np.arcsin(crank[1] / 0.45)
     rigid = crank + 0.225 * np.array([np.cos(tilt), np.sin(tilt)])
-    off = np.abs(found.values - rigid).max()
-    assert 1e-4 < off < 1e-2  # m: it bends, but little
+    deviation = np.abs(motion.values - rigid).max()
+    assert 1e-4 < deviation < 1e-2  # m: it bends, but little

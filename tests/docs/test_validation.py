@@ -11,8 +11,8 @@ import flexband as fb
 def test_published_problem(problem):
     checks = problem()
     assert checks
-    off = [f"{c.name}: {c.ours} instead of {c.reference}" for c in checks if not c.holds]
-    assert not off, "\n".join(off)
+    mismatches = [f"{c.name}: {c.ours} instead of {c.reference}" for c in checks if not c.holds]
+    assert not mismatches, "\n".join(mismatches)
 
 
 def test_a_mesh_too_coarse_for_the_whip_of_a_pendulum_is_refused():

@@ -16,7 +16,7 @@ def wrong(a, b, limit=LIMIT):
     return (np.asarray(a) > 1.9) & (np.asarray(b) > limit)
 
 
-def good(a, b):
+def true_response(a, b):
     return np.stack([a * b, a + np.sin(b)], axis=-1)
 
 
@@ -25,13 +25,13 @@ def logged(a, b, log, seconds=0.0):
     with Path(log).open("a") as file:
         file.writelines(f"{x.hex()} {y.hex()}\n" for x, y in zip(a, b, strict=True))
     time.sleep(seconds * len(a))
-    return good(a, b)
+    return true_response(a, b)
 
 
 def bad(a, b, fault, limit=LIMIT, once=""):
     """Go wrong in some runs; with `once`, the path of a file, the first time only."""
     if not wrong(a, b, limit).any() or (once and Path(once).exists()):
-        return good(a, b)
+        return true_response(a, b)
     if once:
         Path(once).touch()
     return globals()[fault](a, b, limit)
@@ -46,11 +46,11 @@ def hangs(a, b, limit):
 
 
 def returns_nan(a, b, limit):
-    return np.where(wrong(a, b, limit)[..., None], np.nan, good(a, b))
+    return np.where(wrong(a, b, limit)[..., None], np.nan, true_response(a, b))
 
 
 def returns_another_shape(a, b, limit):
-    return good(a, b)[..., :1]
+    return true_response(a, b)[..., :1]
 
 
 def calls_exit(a, b, limit):

@@ -17,47 +17,47 @@ import xarray as xr
 import flexband as fb
 from flexband.execution import growing
 from flexband.execution.journal import Finished, Journal
-from tests.execution.responses import good, wrong
+from tests.execution.responses import true_response, wrong
 
 INPUTS = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 1.0)}
 LHS = fb.LHSScanning(10, 4)
 TIMES = np.linspace(0.0, 1.0, 2)
 
 
-def labelled(a, b):
+def with_labels(a, b):
     """Return two times; some runs are not finite."""
-    values = np.where(wrong(a, b)[:, None], np.nan, good(a, b))
+    values = np.where(wrong(a, b)[:, None], np.nan, true_response(a, b))
     coords = {"time": TIMES, "name": ("time", ["first", "second"])}
     return xr.DataArray(values, dims=("sample", "time"), coords=coords)
 
 
-def study(folder, response=labelled, **options):
+def study(folder, response=with_labels, **options):
     return fb.propagate(response, INPUTS, LHS, store=folder, failed="skip", **options)
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory):
+def stored_study(tmp_path_factory):
     folder = tmp_path_factory.mktemp("finished")
     return folder, study(folder)
 
 
 @pytest.fixture
-def copied(finished, tmp_path):
+def store_copy(stored_study, tmp_path):
     folder = tmp_path / "copy"
-    subprocess.run(["cp", "-r", finished[0], folder], check=True)
+    subprocess.run(["cp", "-r", stored_study[0], folder], check=True)
     return folder
 
 
 def calls_of(folder, **options):
     """Return the bands and how many runs were made."""
-    made = []
+    batch_sizes = []
 
     def counting(a, b):
-        made.append(len(a))
-        return labelled(a, b)
+        batch_sizes.append(len(a))
+        return with_labels(a, b)
 
-    found = study(fb.execution.Store(folder, allow_mismatch=True), counting, **options)
-    return found, sum(made)
+    bands = study(fb.execution.Store(folder, allow_mismatch=True), counting, **options)
+    return bands, sum(batch_sizes)
 
 
 def truncate(file):
@@ -79,64 +79,68 @@ GROWING = ("inputs", "setting", "status", "reason", "seconds", "finished", "sess
 
 @pytest.mark.parametrize("damage", [flip, remove])
 @pytest.mark.parametrize("name", GROWING)
-def test_runs_of_a_damaged_chunk_run_again(name, damage, copied, finished):
-    file = next((copied / "runs.zarr" / name).glob("c*"))
+def test_runs_of_a_damaged_chunk_run_again(name, damage, store_copy, stored_study):
+    file = next((store_copy / "runs.zarr" / name).glob("c*"))
     damage(file)
     with pytest.warns(fb.errors.FlexbandWarning, match="40 runs are damaged in"):
-        found, made = calls_of(copied)
-    xr.testing.assert_identical(found["mean"], finished[1]["mean"])
-    assert made >= 40
-    runs = fb.execution.open_runs(copied)
+        bands, run_count = calls_of(store_copy)
+    xr.testing.assert_identical(bands["mean"], stored_study[1]["mean"])
+    assert run_count >= 40
+    runs = fb.execution.open_runs(store_copy)
     assert len(runs.run) == 80
-    assert (runs.status[40:] == fb.execution.open_runs(finished[0]).status).all()
-    again, made = calls_of(copied)
-    xr.testing.assert_identical(again["mean"], found["mean"])
-    assert made <= 2
+    assert (runs.status[40:] == fb.execution.open_runs(stored_study[0]).status).all()
+    second, run_count = calls_of(store_copy)
+    xr.testing.assert_identical(second["mean"], bands["mean"])
+    assert run_count <= 2
 
 
 @pytest.mark.parametrize("damage", [truncate, flip])
 @pytest.mark.parametrize("name", ["input/c.0", "time/c.0", "name/c.0", "zarr.json"])
-def test_what_cannot_be_run_again_is_there_twice(name, damage, copied, finished):
-    damage(copied / "runs.zarr" / name)
-    found, made = calls_of(copied)
-    assert made == 2  # those that a resume makes
-    xr.testing.assert_identical(found["mean"], finished[1]["mean"])
-    assert fb.execution.open_runs(copied).load().equals(fb.execution.open_runs(finished[0]).load())
+def test_what_cannot_be_run_again_is_there_twice(name, damage, store_copy, stored_study):
+    damage(store_copy / "runs.zarr" / name)
+    bands, run_count = calls_of(store_copy)
+    assert run_count == 2  # those that a resume makes
+    xr.testing.assert_identical(bands["mean"], stored_study[1]["mean"])
+    assert (
+        fb.execution.open_runs(store_copy)
+        .load()
+        .equals(fb.execution.open_runs(stored_study[0]).load())
+    )
 
 
 @pytest.mark.parametrize("damage", [truncate, flip, remove])
-def test_both_copies_damaged_are_refused(damage, copied):
+def test_both_copies_damaged_are_refused(damage, store_copy):
     for name in ("zarr.json", "zarr.json.copy"):
-        damage(copied / "runs.zarr" / name)
-    content = {f: f.read_bytes() for f in copied.rglob("*") if f.is_file()}
+        damage(store_copy / "runs.zarr" / name)
+    content = {f: f.read_bytes() for f in store_copy.rglob("*") if f.is_file()}
     with pytest.raises(fb.errors.StoreError, match="and its copy are missing or damaged"):
-        study(copied)
-    assert {f: f.read_bytes() for f in copied.rglob("*") if f.is_file()} == content
+        study(store_copy)
+    assert {f: f.read_bytes() for f in store_copy.rglob("*") if f.is_file()} == content
 
 
-def test_a_kill_while_damage_is_mended_gives_no_run_another_value(copied, monkeypatch):
-    flip(copied / "runs.zarr" / "outputs" / "c.0.0")
+def test_a_kill_while_damage_is_mended_gives_no_run_another_value(store_copy, monkeypatch):
+    flip(store_copy / "runs.zarr" / "outputs" / "c.0.0")
     write = growing.write_synced
-    left = [0]
+    remaining = [0]
 
     def stopping(files):
         if current_thread() is main_thread():
-            left[0] -= 1
-            if left[0] < 0:
+            remaining[0] -= 1
+            if remaining[0] < 0:
                 raise KeyboardInterrupt
         write(files)
 
     monkeypatch.setattr(growing, "write_synced", stopping)
     for count in range(1, 20):
-        left[0] = count
+        remaining[0] = count
         with warnings.catch_warnings(), suppress(KeyboardInterrupt):
             warnings.simplefilter("ignore")
-            study(copied)
+            study(store_copy)
             break
     assert count > 5
-    with fb.execution.open_runs(copied) as runs:
-        done = runs.sel(run=runs.status == 1).load()
-    np.testing.assert_array_equal(done.outputs, labelled(*done.inputs.values.T))
+    with fb.execution.open_runs(store_copy) as runs:
+        successes = runs.sel(run=runs.status == 1).load()
+    np.testing.assert_array_equal(successes.outputs, with_labels(*successes.inputs.values.T))
 
 
 def unfinished(folder):
@@ -156,7 +160,7 @@ def killed_before_writing(folder):
     def response(a, b):
         if np.any(wrong(a, b, 0.0) & (a > 1.99)):
             os._exit(9)
-        return good(a, b)
+        return true_response(a, b)
 
     fb.propagate(response, INPUTS, LHS, store=folder, batch=4)
 
@@ -182,45 +186,45 @@ def zeros_at_end(data):
 
 
 @pytest.mark.parametrize(
-    ("damage", "left"),
+    ("damage", "intact_count"),
     [(bytes, 28), (end_early, 24), (flip_early, 24), (flip_length, 0), (zeros_at_end, 28)],
 )
-def test_a_damaged_journal_keeps_what_is_whole(damage, left, tmp_path):
+def test_a_damaged_journal_keeps_what_is_whole(damage, intact_count, tmp_path):
     file = unfinished(tmp_path)
     assert len(fb.execution.open_runs(tmp_path).run) == 0
     file.write_bytes(damage(file.read_bytes()))
-    made = []
+    samples = []
 
     def response(a, b):
-        made.extend(a)
-        return good(a, b)
+        samples.extend(a)
+        return true_response(a, b)
 
-    found = fb.propagate(
+    bands = fb.propagate(
         response, INPUTS, LHS, store=fb.execution.Store(tmp_path, allow_mismatch=True), batch=4
     )
-    np.testing.assert_array_equal(found["mean"], fb.propagate(good, INPUTS, LHS)["mean"])
+    np.testing.assert_array_equal(bands["mean"], fb.propagate(true_response, INPUTS, LHS)["mean"])
     runs = fb.execution.open_runs(tmp_path)
     assert len(runs.run) == 40
-    repeated = 2 if left else 1
-    assert len(made) == 40 - left + repeated
-    np.testing.assert_array_equal(runs.outputs, good(*runs.inputs.values.T))
+    extra_runs = 2 if intact_count else 1
+    assert len(samples) == 40 - intact_count + extra_runs
+    np.testing.assert_array_equal(runs.outputs, true_response(*runs.inputs.values.T))
 
 
 @pytest.mark.parametrize("damage", [truncate, flip, remove])
-def test_both_copies_of_a_coordinate_damaged_are_refused(damage, copied):
+def test_both_copies_of_a_coordinate_damaged_are_refused(damage, store_copy):
     for name in ("time/c.0", "time/copy"):
-        damage(copied / "runs.zarr" / name)
+        damage(store_copy / "runs.zarr" / name)
     with pytest.raises(fb.errors.StoreError, match=r"time/c\.0 is missing or damaged"):
-        study(copied)
+        study(store_copy)
 
 
-def test_a_newer_store_is_refused(copied):
-    file = copied / "runs.zarr" / "zarr.json"
-    found = json.loads(file.read_text())
-    found["attributes"]["format"] = growing.FORMAT + 1
-    file.write_text(json.dumps(found))
+def test_a_newer_store_is_refused(store_copy):
+    file = store_copy / "runs.zarr" / "zarr.json"
+    metadata = json.loads(file.read_text())
+    metadata["attributes"]["format"] = growing.FORMAT + 1
+    file.write_text(json.dumps(metadata))
     with pytest.raises(fb.errors.StoreError, match="newer version of flexband"):
-        study(copied)
+        study(store_copy)
 
 
 def test_a_folder_that_cannot_be_written_to_is_refused(tmp_path):
@@ -233,12 +237,12 @@ def test_a_folder_that_cannot_be_written_to_is_refused(tmp_path):
         fb.execution.open_runs(tmp_path)
 
 
-def test_a_clock_that_goes_backwards_changes_nothing(tmp_path, finished, monkeypatch):
+def test_a_clock_that_goes_backwards_changes_nothing(tmp_path, stored_study, monkeypatch):
     clock = iter(np.linspace(2e9, 1e9, 10_000))
     monkeypatch.setattr(time, "time", lambda: float(next(clock)))
-    found = study(tmp_path, batch=3)
-    xr.testing.assert_identical(found["mean"], finished[1]["mean"])
-    assert study(tmp_path)["mean"].equals(found["mean"])
+    bands = study(tmp_path, batch=3)
+    xr.testing.assert_identical(bands["mean"], stored_study[1]["mean"])
+    assert study(tmp_path)["mean"].equals(bands["mean"])
     assert (np.diff(fb.execution.open_runs(tmp_path).finished) <= 0).all()
 
 
@@ -262,23 +266,23 @@ def test_a_full_disk_costs_no_results(tmp_path):
     folder = tmp_path / "disk"
     exact = fb.propagate(wide, INPUTS, LHS)
     with small_disk(folder, "700k"):
-        with pytest.warns(fb.errors.FlexbandWarning) as told:
-            found = fb.propagate(wide, INPUTS, LHS, store=folder, batch=4)
-        xr.testing.assert_equal(found["mean"], exact["mean"])
-        texts = [str(one.message) for one in told]
+        with pytest.warns(fb.errors.FlexbandWarning) as records:
+            bands = fb.propagate(wide, INPUTS, LHS, store=folder, batch=4)
+        xr.testing.assert_equal(bands["mean"], exact["mean"])
+        texts = [str(entry.message) for entry in records]
         assert "No space left on device" in texts[0]
         assert "runs could not be recorded" in texts[-1]
         with fb.execution.open_runs(folder) as runs:
             runs.load()
         assert (
             len(runs.run)
-            + sum(len(one.inputs) for one in Journal(folder / "runs.zarr").read(len(runs.run)))
+            + sum(len(entry.inputs) for entry in Journal(folder / "runs.zarr").read(len(runs.run)))
             > 0
         )
         np.testing.assert_array_equal(runs.outputs, wide(*runs.inputs.values.T))
         subprocess.run(["mount", "-o", "remount,size=20m", str(folder)], check=True)
-        again = fb.propagate(wide, INPUTS, LHS, store=folder, batch=4)
-        xr.testing.assert_equal(again["mean"], exact["mean"])
+        second = fb.propagate(wide, INPUTS, LHS, store=folder, batch=4)
+        xr.testing.assert_equal(second["mean"], exact["mean"])
         with fb.execution.open_runs(folder) as runs:
             assert len(runs.run) == 40
             np.testing.assert_array_equal(runs.outputs, wide(*runs.inputs.values.T))
@@ -291,25 +295,25 @@ def test_a_journal_that_cannot_be_closed_stops_no_study(end, every_time, tmp_pat
     rotate = Journal.rotate
     calls = []
 
-    def broken(own):
+    def failing_rotate(journal):
         if current_thread() is not main_thread():
             calls.append(1)
             if every_time or len(calls) == 1:
                 raise end
-        return rotate(own)
+        return rotate(journal)
 
-    monkeypatch.setattr(Journal, "rotate", broken)
+    monkeypatch.setattr(Journal, "rotate", failing_rotate)
     monkeypatch.setattr("flexband.execution.record.RunRecorder.most_waiting", 1e3)  # bytes
     exact = fb.propagate(wide, INPUTS, LHS)
-    with pytest.warns(fb.errors.FlexbandWarning) as told:
-        found = fb.propagate(wide, INPUTS, LHS, store=tmp_path, batch=4)
-    texts = " ".join(str(one.message) for one in told)
+    with pytest.warns(fb.errors.FlexbandWarning) as records:
+        bands = fb.propagate(wide, INPUTS, LHS, store=tmp_path, batch=4)
+    texts = " ".join(str(entry.message) for entry in records)
     assert str(end) in texts
     assert ("could not be recorded" in texts) == (every_time or isinstance(end, RuntimeError))
-    xr.testing.assert_equal(found["mean"], exact["mean"])
+    xr.testing.assert_equal(bands["mean"], exact["mean"])
     monkeypatch.undo()
-    again = fb.propagate(wide, INPUTS, LHS, store=tmp_path, batch=4)  # the journal has all runs
-    xr.testing.assert_equal(again["mean"], exact["mean"])
+    second = fb.propagate(wide, INPUTS, LHS, store=tmp_path, batch=4)  # the journal has all runs
+    xr.testing.assert_equal(second["mean"], exact["mean"])
     assert fb.execution.open_runs(tmp_path).sizes["run"] == 40
 
 
@@ -337,18 +341,18 @@ def test_a_disk_that_is_full_at_times_loses_nothing(seed, tmp_path, monkeypatch)
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fb.errors.FlexbandWarning)
-        found = fb.propagate(delayed, INPUTS, LHS, store=tmp_path, batch=4, progress=progress)
+        bands = fb.propagate(delay, INPUTS, LHS, store=tmp_path, batch=4, progress=progress)
     monkeypatch.undo()
-    np.testing.assert_array_equal(found["mean"], fb.propagate(good, INPUTS, LHS)["mean"])
-    fb.propagate(delayed, INPUTS, LHS, store=tmp_path)
+    np.testing.assert_array_equal(bands["mean"], fb.propagate(true_response, INPUTS, LHS)["mean"])
+    fb.propagate(delay, INPUTS, LHS, store=tmp_path)
     runs = fb.execution.open_runs(tmp_path)
     assert len(runs.run) == 40
-    np.testing.assert_array_equal(runs.outputs, good(*runs.inputs.values.T))
+    np.testing.assert_array_equal(runs.outputs, true_response(*runs.inputs.values.T))
 
 
-def delayed(a, b):
+def delay(a, b):
     time.sleep(0.005)
-    return good(a, b)
+    return true_response(a, b)
 
 
 def test_a_record_of_which_a_part_was_written_is_cut(tmp_path, monkeypatch):
@@ -360,7 +364,7 @@ def test_a_record_of_which_a_part_was_written_is_cut(tmp_path, monkeypatch):
         return Finished(f"s{k}", np.full((2, 1), k), np.full((2, 3), k), "", 0.1, 1e9)
 
     journal.append(0, of(0.0), sync=False)
-    opened = journal._file
+    stream = journal._file
 
     class Full:
         """A file on a disk that has room for some bytes only."""
@@ -372,15 +376,15 @@ def test_a_record_of_which_a_part_was_written_is_cut(tmp_path, monkeypatch):
             if not part:
                 raise OSError(28, "No space left on device")
             self.room -= len(part)
-            return opened.write(part)
+            return stream.write(part)
 
         def __getattr__(self, name):
-            return getattr(opened, name)
+            return getattr(stream, name)
 
     monkeypatch.setattr(journal, "_file", Full())
     with pytest.raises(OSError, match="No space left"):
         journal.append(2, of(1.0), sync=False)
-    monkeypatch.setattr(journal, "_file", opened)
+    monkeypatch.setattr(journal, "_file", stream)
     journal.append(2, of(2.0), sync=False)
     assert [record.setting for record in Journal(folder).read(0)] == ["s0.0", "s2.0"]
     journal.rotate()

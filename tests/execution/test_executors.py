@@ -21,13 +21,13 @@ class Remote(Executor):
         self.lock = Lock()
         self.submissions = 0
         self.under_way = 0
-        self.most = 0
+        self.peak = 0
 
     def submit(self, function, /, *arguments, **_):
         with self.lock:
             self.submissions += 1
             self.under_way += 1
-            self.most = max(self.most, self.under_way)
+            self.peak = max(self.peak, self.under_way)
         future: Future = self.threads.submit(function, *arguments)
         future.add_done_callback(self._end)
         return future
@@ -41,7 +41,7 @@ def quick(a, b):
     return np.array([a * b, a + b])
 
 
-def slow(a):
+def delay(a):
     time.sleep(0.05)
     return a
 
@@ -49,10 +49,10 @@ def slow(a):
 def test_quick_calls_are_submitted_several_at_a_time_with_the_same_results():
     executor = Remote(4)
     method = fb.LHSScanning(1000, 4)
-    one = fb.models.samplewise(quick)
-    bands = fb.propagate(one, INPUTS, method, executor=executor)
+    response = fb.models.samplewise(quick)
+    bands = fb.propagate(response, INPUTS, method, executor=executor)
     assert executor.submissions < 2500  # of 4000 runs
-    assert fb.propagate(one, INPUTS, method).equals(bands)
+    assert fb.propagate(response, INPUTS, method).equals(bands)
 
 
 @pytest.mark.parametrize("workers", [2, 40])
@@ -60,9 +60,9 @@ def test_as_many_calls_are_under_way_as_keep_the_workers_busy(workers):
     executor = Remote(workers)
     perform = with_executor(executor, first=4, least_work=0.0)
     tasks = [lambda k=k: {"a": float(k)} for k in range(60 * workers // 8)]
-    outcomes = dict(perform(slow, tasks))
+    outcomes = dict(perform(delay, tasks))
     assert [outcomes[k].value for k in range(len(tasks))] == list(range(len(tasks)))
-    assert workers <= executor.most <= 6 * workers
+    assert workers <= executor.peak <= 6 * workers
 
 
 def test_a_call_that_fails_leaves_the_others_of_its_submission():
@@ -72,6 +72,6 @@ def test_a_call_that_fails_leaves_the_others_of_its_submission():
     perform = with_executor(Remote(1), first=1, least_work=10.0)
     tasks = [lambda k=k: {"a": float(k % 10)} for k in range(100)]
     outcomes = dict(perform(reciprocal, tasks))
-    failed = {k for k, outcome in outcomes.items() if outcome.error is not None}
-    assert failed == set(range(0, 100, 10))
+    failures = {k for k, outcome in outcomes.items() if outcome.error is not None}
+    assert failures == set(range(0, 100, 10))
     assert outcomes[99].value == 1 / 9

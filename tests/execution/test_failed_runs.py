@@ -13,7 +13,7 @@ import xarray as xr
 import flexband as fb
 from flexband.execution.calls import Workers
 from flexband.uncertainty.runs.evaluations import Evaluations
-from tests.execution.responses import FAULTS, IN_PROCESS, bad, good, wrong
+from tests.execution.responses import FAULTS, IN_PROCESS, bad, true_response, wrong
 
 INPUTS = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 1.0)}
 LHS = fb.LHSScanning(10, 4)
@@ -63,22 +63,24 @@ def test_a_failed_run_stops_and_leaves_the_others_recorded(fault, processes, tmp
     response = one_by_one(fault, once=str(tmp_path / "once"))
     study = partial(fb.propagate, response, INPUTS, LHS, store=tmp_path / "s", executor=processes)
     if fault in ("exits", "kills_its_process"):  # its task runs again in a new process
-        found = study()
+        bands = study()
     else:
         kind = ERRORS.get(fault, fb.errors.RunError)
-        with pytest.raises(kind, match=WORDS[fault].split(": ")[-1]) as caught:
+        with pytest.raises(kind, match=WORDS[fault].split(": ")[-1]) as error:
             study()
         if fault in CAUSES:
-            assert isinstance(caught.value.__cause__, CAUSES[fault])
-            assert "inputs of the run: a = " in str(caught.value)
-        before = status(tmp_path / "s")
-        assert (before.status == 2).sum() == 1
-        assert WORDS[fault].split(": ")[-1].split("\\")[0] in str(before.reason[before.status == 2])
-        found = study()
-        assert found.attrs["runs"] - found.attrs["runs_repeated"] == 40
-    np.testing.assert_array_equal(found["mean"], fb.propagate(good, INPUTS, LHS)["mean"])
-    after = status(tmp_path / "s")
-    assert (after.status == 1).sum() == 40
+            assert isinstance(error.value.__cause__, CAUSES[fault])
+            assert "inputs of the run: a = " in str(error.value)
+        first_status = status(tmp_path / "s")
+        assert (first_status.status == 2).sum() == 1
+        assert WORDS[fault].split(": ")[-1].split("\\")[0] in str(
+            first_status.reason[first_status.status == 2]
+        )
+        bands = study()
+        assert bands.attrs["runs"] - bands.attrs["runs_repeated"] == 40
+    np.testing.assert_array_equal(bands["mean"], fb.propagate(true_response, INPUTS, LHS)["mean"])
+    final_status = status(tmp_path / "s")
+    assert (final_status.status == 1).sum() == 40
 
 
 @pytest.mark.parametrize("fault", FAULTS)
@@ -86,15 +88,17 @@ def test_failed_runs_are_left_out(fault, processes, tmp_path):
     response = one_by_one(fault)
     folder = tmp_path / "s"
     study = partial(fb.propagate, response, INPUTS, LHS, store=folder, failed="skip")
-    found = study(executor=processes)
+    bands = study(executor=processes)
     runs = status(folder)
     expected = wrong(*runs.inputs.values.T)
     np.testing.assert_array_equal(runs.status == 2, expected)
-    assert all(WORDS[fault].split("\\")[0] in str(one) for one in runs.reason[expected].values)
-    assert found.attrs["runs_failed"] == expected.sum() == 2
-    assert np.isfinite(found["mean"]).all()
-    again = study()  # nothing is run again, so that in this process nothing goes wrong
-    np.testing.assert_array_equal(found["mean"], again["mean"])
+    assert all(
+        WORDS[fault].split("\\")[0] in str(reason) for reason in runs.reason[expected].values
+    )
+    assert bands.attrs["runs_failed"] == expected.sum() == 2
+    assert np.isfinite(bands["mean"]).all()
+    second = study()  # nothing is run again, so that in this process nothing goes wrong
+    np.testing.assert_array_equal(bands["mean"], second["mean"])
     assert len(status(folder).run) == len(runs.run)
 
 
@@ -105,47 +109,49 @@ def test_failed_runs_are_left_out(fault, processes, tmp_path):
 def test_failed_runs_of_a_vectorized_response_are_found(fault, executor, tmp_path):
     response = partial(bad, fault=fault)
     folder = tmp_path / "s"
-    with executor(2) if executor else nullcontext() as own:
-        found = fb.propagate(
-            response, INPUTS, LHS, store=folder, failed="skip", batch=16, executor=own
+    with executor(2) if executor else nullcontext() as pool:
+        bands = fb.propagate(
+            response, INPUTS, LHS, store=folder, failed="skip", batch=16, executor=pool
         )
     runs = status(folder)
     np.testing.assert_array_equal(runs.status == 2, wrong(*runs.inputs.values.T))
-    assert found.attrs["runs_failed"] == 2
+    assert bands.attrs["runs_failed"] == 2
 
 
 def test_results_without_many_runs_are_not_trusted():
     response = partial(bad, fault="returns_nan", limit=0.0)
-    found = fb.propagate(response, INPUTS, LHS, failed="skip")
-    assert found.attrs["runs_failed"] == 5
-    assert "5 of 41 runs failed, and what fails is rarely random" in found.attrs["not_trusted"]
+    bands = fb.propagate(response, INPUTS, LHS, failed="skip")
+    assert bands.attrs["runs_failed"] == 5
+    assert "5 of 41 runs failed, and what fails is rarely random" in bands.attrs["not_trusted"]
 
 
 def test_regression_and_held_out_runs_go_on_without_failed_ones():
     with_all = fb.methods.RegressionPCCI(3, oversampling=4)
     response = partial(bad, fault="returns_nan", limit=1.0)
-    found = fb.propagate(response, INPUTS, with_all, failed="skip")
-    assert found.attrs["runs_failed"] > 0
-    exact = fb.propagate(good, INPUTS, with_all)
-    np.testing.assert_allclose(found["mean"], exact["mean"], atol=0.05)
+    bands = fb.propagate(response, INPUTS, with_all, failed="skip")
+    assert bands.attrs["runs_failed"] > 0
+    exact = fb.propagate(true_response, INPUTS, with_all)
+    np.testing.assert_allclose(bands["mean"], exact["mean"], atol=0.05)
 
 
 def test_verification_leaves_failed_runs_out(tmp_path):
     """What is missed of the others is what it is without the failed ones."""
-    surrogate = fb.expand(good, INPUTS, fb.AdaptivePCCI(0.3))
-    whole = fb.verify(surrogate, good, runs=12).verification
-    some = fb.verify(surrogate, partial(bad, fault="raises"), runs=12, failed="skip").verification
-    failed = wrong(*whole["run_values"].values)
-    assert 0 < failed.sum() == some.attrs["runs_failed"] < 6
-    expected = whole["missed_in_run"].where(xr.DataArray(~failed, dims="sample"))
-    xr.testing.assert_allclose(some["missed_in_run"], expected)
-    mean = np.sqrt((whole["run_weight"] * expected**2).mean("sample"))
-    xr.testing.assert_allclose(some["missed"], mean)
-    assert not failed[some["missed_most_in"]].any()
-    assert some.attrs["verdict"].startswith("Estimate confirmed")
-    counts = f": {12 - failed.sum()} verification runs ({failed.sum()} more failed"
-    assert counts in some.attrs["verdict"]
-    assert f"({failed.sum()} more failed, and" in some.attrs["verdict"]
+    surrogate = fb.expand(true_response, INPUTS, fb.AdaptivePCCI(0.3))
+    complete = fb.verify(surrogate, true_response, runs=12).verification
+    incomplete = fb.verify(
+        surrogate, partial(bad, fault="raises"), runs=12, failed="skip"
+    ).verification
+    faults = wrong(*complete["run_values"].values)
+    assert 0 < faults.sum() == incomplete.attrs["runs_failed"] < 6
+    expected = complete["missed_in_run"].where(xr.DataArray(~faults, dims="sample"))
+    xr.testing.assert_allclose(incomplete["missed_in_run"], expected)
+    mean = np.sqrt((complete["run_weight"] * expected**2).mean("sample"))
+    xr.testing.assert_allclose(incomplete["missed"], mean)
+    assert not faults[incomplete["missed_most_in"]].any()
+    assert incomplete.attrs["verdict"].startswith("Estimate confirmed")
+    counts = f": {12 - faults.sum()} verification runs ({faults.sum()} more failed"
+    assert counts in incomplete.attrs["verdict"]
+    assert f"({faults.sum()} more failed, and" in incomplete.attrs["verdict"]
     with pytest.raises(fb.errors.RunError, match="raised ZeroDivisionError: the spring is slack"):
         fb.verify(surrogate, partial(bad, fault="raises"), runs=12)
 
@@ -158,30 +164,30 @@ def test_held_out_runs_of_the_adaptive_method_are_left_out(tmp_path):
     def corner(a, b):
         failing = (a > 1.5) & (b > 0.5) & (a < 2.0) & (b < 1.0)
         wrong_runs.extend(a[failing])
-        return np.where(failing[:, None], np.nan, good(a, b))
+        return np.where(failing[:, None], np.nan, true_response(a, b))
 
-    found = fb.propagate(corner, inputs, fb.AdaptivePCCI(), failed="skip", store=tmp_path)
-    assert found.attrs["runs_failed"] == len(wrong_runs) > 0
-    assert "what fails is rarely random" in found.attrs["not_trusted"]
-    exact = fb.propagate(good, inputs, fb.AdaptivePCCI())
-    np.testing.assert_allclose(found["error_bar"], exact["error_bar"], atol=1e-3)
-    again = fb.propagate(corner, inputs, fb.AdaptivePCCI(), failed="skip", store=tmp_path)
-    np.testing.assert_array_equal(again["error_bar"], found["error_bar"])
+    bands = fb.propagate(corner, inputs, fb.AdaptivePCCI(), failed="skip", store=tmp_path)
+    assert bands.attrs["runs_failed"] == len(wrong_runs) > 0
+    assert "what fails is rarely random" in bands.attrs["not_trusted"]
+    exact = fb.propagate(true_response, inputs, fb.AdaptivePCCI())
+    np.testing.assert_allclose(bands["error_bar"], exact["error_bar"], atol=1e-3)
+    second = fb.propagate(corner, inputs, fb.AdaptivePCCI(), failed="skip", store=tmp_path)
+    np.testing.assert_array_equal(second["error_bar"], bands["error_bar"])
 
 
 def test_a_design_that_needs_every_run_says_which_one_failed():
     response = partial(bad, fault="raises", limit=-9.0)
     with pytest.raises(
         fb.errors.RunError, match=r"needs every run of its design.*spring is slack"
-    ) as told:
+    ) as error:
         fb.propagate(response, INPUTS, fb.ImprovedPCCI(2, 6), failed="skip")
-    assert "inputs of the run: a = " in str(told.value)
-    assert "run 0" not in str(told.value)  # which is another number than that in a store
+    assert "inputs of the run: a = " in str(error.value)
+    assert "run 0" not in str(error.value)  # which is another number than that in a store
 
 
 def test_a_scan_names_the_point_at_which_runs_fail():
     def response(a, b):
-        return np.where((a > 1.9)[:, None], np.nan, good(a, b))
+        return np.where((a > 1.9)[:, None], np.nan, true_response(a, b))
 
     with pytest.raises(
         fb.errors.RunError, match=r"1 of 4 points of the scan, one of them a = 2\. Mend"
@@ -196,10 +202,10 @@ def test_a_response_that_raises_is_tried_with_one_sample_once():
         sizes.append(np.shape(a))
         if not np.all(np.asarray(b) < -0.5):
             raise ZeroDivisionError("the spring is slack")
-        return good(a, b)
+        return true_response(a, b)
 
-    found = fb.propagate(response, INPUTS, LHS, failed="skip")
-    assert found.attrs["runs_failed"] == 28
+    bands = fb.propagate(response, INPUTS, LHS, failed="skip")
+    assert bands.attrs["runs_failed"] == 28
     assert sizes.count(()) == 1
 
 
@@ -240,19 +246,20 @@ def test_runs_that_diverge_are_completed_with_half_the_step(tmp_path):
     study = partial(fb.propagate, Stiff(), inputs, LHS)
     with pytest.raises(fb.errors.InputError, match="not finite"):
         study()
-    found = study(failed="half step", store=tmp_path)
+    # Each range of rates needs its own part of the step.
+    bands = study(failed="half step", store=tmp_path)
     runs = status(tmp_path)
     rate, start = runs.inputs.values.T
     for part, low, high in ((1, 0, 20), (2, 20, 40), (4, 40, 80)):
-        own = (rate > low) & (rate <= high)
-        assert own.any()
-        exact = start[own] * (1 - rate[own] * 0.1 / part) ** (10 * part)
-        np.testing.assert_allclose(runs.outputs[own], exact, rtol=1e-12)
+        mask = (rate > low) & (rate <= high)
+        assert mask.any()
+        exact = start[mask] * (1 - rate[mask] * 0.1 / part) ** (10 * part)
+        np.testing.assert_allclose(runs.outputs[mask], exact, rtol=1e-12)
         text = f"completed with 1/{part} of the step" if part > 1 else ""
-        assert set(runs.reason[own].values) == {text}
-    assert "runs_failed" not in found.attrs
+        assert set(runs.reason[mask].values) == {text}
+    assert "runs_failed" not in bands.attrs
     with pytest.raises(fb.errors.InputError, match="requires a response whose `refinements`"):
-        fb.propagate(good, INPUTS, LHS, failed="half step")
+        fb.propagate(true_response, INPUTS, LHS, failed="half step")
 
 
 def test_an_executor_that_broke_fails_no_runs(tmp_path):
@@ -268,7 +275,7 @@ def test_an_executor_that_broke_fails_no_runs(tmp_path):
     executor = ThreadPoolExecutor(1)
     executor.shutdown()
     with pytest.raises(fb.errors.RunError, match="cannot go on"):
-        fb.propagate(good, INPUTS, LHS, executor=executor)
+        fb.propagate(true_response, INPUTS, LHS, executor=executor)
 
 
 def test_a_response_that_cannot_be_sent_is_refused():
@@ -276,7 +283,7 @@ def test_a_response_that_cannot_be_sent_is_refused():
 
     def response(a, b):
         with lock:
-            return good(a, b)
+            return true_response(a, b)
 
     with pytest.raises(fb.errors.InputError, match="cannot be sent to another process"):
         fb.propagate(response, INPUTS, LHS, executor=fb.execution.Processes(1))

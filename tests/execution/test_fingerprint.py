@@ -69,19 +69,19 @@ CHANGES = {
 
 
 @pytest.fixture
-def written(tmp_path, monkeypatch):
+def write_study(tmp_path, monkeypatch):
     """Return a function that writes and imports a study of two modules."""
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
 
-    def loaded(texts):
+    def load(texts):
         for name, text in zip(("own_study", "own_beside"), texts, strict=True):
             (tmp_path / f"{name}.py").write_text(text)
             sys.modules.pop(name, None)
         importlib.invalidate_caches()
         return importlib.import_module("own_study").response
 
-    yield loaded
+    yield load
     for name in ("own_study", "own_beside"):
         sys.modules.pop(name, None)
 
@@ -90,34 +90,34 @@ TEXTS = [BEFORE.format(beside="own_beside"), BESIDE]
 
 
 @pytest.mark.parametrize("change", CHANGES)
-def test_what_changes_the_fingerprint(change, written):
+def test_what_changes_the_fingerprint(change, write_study):
     place, old, new, same = CHANGES[change]
     texts = list(TEXTS)
     assert old in texts[place]
-    before = fingerprint(written(texts))
-    assert fingerprint(written(texts)) == before
+    first_hash = fingerprint(write_study(texts))
+    assert fingerprint(write_study(texts)) == first_hash
     texts[place] = texts[place].replace(old, new)
-    assert (fingerprint(written(texts)) == before) is same
+    assert (fingerprint(write_study(texts)) == first_hash) is same
 
 
-def test_calls_do_not_change_the_fingerprint(written):
-    response = written(TEXTS)
-    before = fingerprint(response)
+def test_calls_do_not_change_the_fingerprint(write_study):
+    response = write_study(TEXTS)
+    first_hash = fingerprint(response)
     response(1.0, 2.0)
-    assert fingerprint(response) == before
+    assert fingerprint(response) == first_hash
 
 
 def test_functions_inside_of_objects_count():
-    def one(x):
+    def first(x):
         return x + 1
 
-    def other(x):
+    def second(x):
         return x + 2
 
     for wrapped in (np.vectorize, functools.lru_cache, fb.models.samplewise, functools.partial):
-        assert fingerprint(wrapped(one)) == fingerprint(wrapped(one))
-        assert fingerprint(wrapped(one)) != fingerprint(wrapped(other))
-    assert fingerprint(functools.partial(one, x=1)) != fingerprint(functools.partial(one, x=2))
+        assert fingerprint(wrapped(first)) == fingerprint(wrapped(first))
+        assert fingerprint(wrapped(first)) != fingerprint(wrapped(second))
+    assert fingerprint(functools.partial(first, x=1)) != fingerprint(functools.partial(first, x=2))
 
     class Kind(Enum):
         A = 1
@@ -130,26 +130,26 @@ def test_functions_inside_of_objects_count():
     assert fingerprint(of(2.0)) != fingerprint(of(2.5))
 
 
-def test_a_store_is_refused_to_another_response(written, tmp_path):
+def test_a_store_is_refused_to_another_response(write_study, tmp_path):
     inputs = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 1.0)}
     study = functools.partial(fb.propagate, inputs=inputs, method=fb.LHSScanning(5, 3))
     folder = tmp_path / "s"
     texts = list(TEXTS)
-    exact = study(written(texts), store=folder)
+    exact = study(write_study(texts), store=folder)
     texts[1] = BESIDE.replace("GAIN = 3.0", "GAIN = 3.5")
     with pytest.raises(fb.errors.StoreError, match="the code or the data of the response changed"):
-        study(written(texts), store=folder)
+        study(write_study(texts), store=folder)
     with pytest.raises(
         fb.errors.StoreError,
         match="allow_mismatch=True of the Store uses them; on the command line, --allow-mismatch",
     ):  # the runs disagree
         study(lambda a, b: a + 2 * b, store=folder)
     with pytest.raises(fb.errors.StoreError, match="version: '' before, 'v2' now"):
-        study(written(TEXTS), store=fb.execution.Store(folder, version="v2"))
+        study(write_study(TEXTS), store=fb.execution.Store(folder, version="v2"))
     study(stateful(), store=tmp_path / "t")
     with pytest.raises(fb.errors.StoreError, match="made again and the response differs"):
         study(stateful(), store=tmp_path / "t")
-    np.testing.assert_array_equal(study(written(TEXTS), store=folder)["mean"], exact["mean"])
+    np.testing.assert_array_equal(study(write_study(TEXTS), store=folder)["mean"], exact["mean"])
 
 
 class Stateful:

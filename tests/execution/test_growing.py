@@ -25,7 +25,7 @@ STEPS = st.lists(
 )
 
 
-def begun(folder):
+def new_arrays(folder):
     arrays = GrowingArrays(folder)
     arrays.add("x", Array("float64", ("run", "place"), (0, 3), {}))
     arrays.add("text", Array("string", ("run",), (0,), {}))
@@ -38,25 +38,25 @@ def begun(folder):
 def test_arrays_keep_what_was_appended(steps, rows):
     folder = Path(tempfile.mkdtemp())
     expected = []
-    before = chunks.Array.most_rows
+    max_rows = chunks.Array.most_rows
     write = growing.write_synced
     chunks.Array.most_rows = rows
     try:
-        arrays = begun(folder)
-        for what, number in steps:
+        arrays = new_arrays(folder)
+        for action, number in steps:
             first = len(expected)
             new = [(float(k), "" if k % 3 else f"µ{k}") for k in range(first, first + number)]
-            if what == "append":
+            if action == "append":
                 append(arrays, new)
                 expected += new
-            elif what == "reopen":
+            elif action == "reopen":
                 arrays = GrowingArrays(folder)
             else:  # a disk that is full after so many writings; other values are there then
-                left = [1 if what == "fail to commit" else 0]
+                remaining = [1 if action == "fail to commit" else 0]
 
-                def failing(files, left=left):
-                    left[0] -= 1
-                    if left[0] < 0:
+                def failing(files, remaining=remaining):
+                    remaining[0] -= 1
+                    if remaining[0] < 0:
                         raise OSError
                     write(files)
 
@@ -64,17 +64,17 @@ def test_arrays_keep_what_was_appended(steps, rows):
                 with pytest.raises(OSError):  # noqa: PT011
                     append(arrays, [(-1.0, "other")] * (number + 1))
                 growing.write_synced = write
-        for one in (arrays, GrowingArrays(folder)):
-            assert one.runs == len(expected)
-            np.testing.assert_array_equal(one.read("x")[:, 1], [x for x, _ in expected])
-            assert list(one.read("text")) == [text for _, text in expected]
-            assert list(one.read("name")) == ["a", "ß", ""]
-        with xr.open_zarr(folder, chunks=None) as found:
-            assert found.sizes == {"run": len(expected), "place": 3}
-            assert list(found["text"].values) == [text for _, text in expected]
-            np.testing.assert_array_equal(found["x"][:, 2], [x for x, _ in expected])
+        for reader in (arrays, GrowingArrays(folder)):
+            assert reader.runs == len(expected)
+            np.testing.assert_array_equal(reader.read("x")[:, 1], [x for x, _ in expected])
+            assert list(reader.read("text")) == [text for _, text in expected]
+            assert list(reader.read("name")) == ["a", "ß", ""]
+        with xr.open_zarr(folder, chunks=None) as dataset:
+            assert dataset.sizes == {"run": len(expected), "place": 3}
+            assert list(dataset["text"].values) == [text for _, text in expected]
+            np.testing.assert_array_equal(dataset["x"][:, 2], [x for x, _ in expected])
     finally:
-        chunks.Array.most_rows = before
+        chunks.Array.most_rows = max_rows
         growing.write_synced = write
         shutil.rmtree(folder)
 
@@ -89,7 +89,7 @@ def append(arrays, new):
 def test_any_flipped_bit_is_found_or_harmless(data):
     folder = Path(tempfile.mkdtemp())
     try:
-        append(begun(folder), [(float(k), f"{k}") for k in range(5)])
+        append(new_arrays(folder), [(float(k), f"{k}") for k in range(5)])
         files = sorted(f for f in folder.rglob("*") if f.is_file())
         file = data.draw(st.sampled_from(files))
         content = bytearray(file.read_bytes())
@@ -97,12 +97,12 @@ def test_any_flipped_bit_is_found_or_harmless(data):
         content[place] ^= 1 << data.draw(st.integers(0, 7))
         file.write_bytes(content)
         arrays = GrowingArrays(folder)
-        bad, chunks = arrays.damaged()
-        assert bad.all() == bool(chunks)
+        bad_rows, chunks = arrays.damaged()
+        assert bad_rows.all() == bool(chunks)
         for name, values in (("x", np.arange(5.0)), ("text", list("01234"))):
             if not chunks or chunks[0][0] != name:
-                found = arrays.read(name)
-                assert list(found if name == "text" else found[:, 0]) == list(values)
+                array = arrays.read(name)
+                assert list(array if name == "text" else array[:, 0]) == list(values)
             else:
                 with pytest.raises(StoreError, match="damaged"):
                     arrays.read(name)
@@ -125,36 +125,36 @@ def test_a_journal_keeps_what_was_appended(steps, cut, flip):
     folder = Path(tempfile.mkdtemp())
     count = 0
     journal = Journal(folder)
-    opened = [journal]
+    journals = [journal]
     try:
-        for what in steps:
-            if what == "append":
+        for action in steps:
+            if action == "append":
                 journal.append(2 * count, record(count), sync=False)
                 count += 1
-            elif what == "reopen":
+            elif action == "reopen":
                 journal = Journal(folder)  # as after a kill: the one before is not closed
-                opened.append(journal)
+                journals.append(journal)
             else:
                 journal.rotate()
-        found = Journal(folder).read(0)
-        assert len(found) == count
-        for k, one in enumerate(found):
-            for own, other in zip(one, record(k), strict=True):
-                np.testing.assert_array_equal(own, other)
+        records = Journal(folder).read(0)
+        assert len(records) == count
+        for k, entry in enumerate(records):
+            for actual, expected in zip(entry, record(k), strict=True):
+                np.testing.assert_array_equal(actual, expected)
         assert len(Journal(folder).read(4)) == max(0, count - 2)
         files = sorted(folder.glob("journal-*"))
         if files:  # of the last file, only the records that are whole remain
             content = files[-1].read_bytes()
             files[-1].write_bytes(content[: max(0, len(content) - cut)])
-            left = Journal(folder).read(0)
-            assert [one.setting for one in left] == [f"s{k}" for k in range(len(left))]
-            damaged = bytearray(content)
-            damaged[flip % len(content)] ^= 4
-            files[-1].write_bytes(damaged)
-            known = {record(k).setting: record(k) for k in range(count)}
-            for one in Journal(folder).read(0):
-                np.testing.assert_array_equal(one.inputs, known[one.setting].inputs)
+            intact = Journal(folder).read(0)
+            assert [entry.setting for entry in intact] == [f"s{k}" for k in range(len(intact))]
+            corrupt = bytearray(content)
+            corrupt[flip % len(content)] ^= 4
+            files[-1].write_bytes(corrupt)
+            by_setting = {record(k).setting: record(k) for k in range(count)}
+            for entry in Journal(folder).read(0):
+                np.testing.assert_array_equal(entry.inputs, by_setting[entry.setting].inputs)
     finally:
-        for journal in opened:
+        for journal in journals:
             journal.rotate()
         shutil.rmtree(folder)

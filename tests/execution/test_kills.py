@@ -19,7 +19,7 @@ import xarray as xr
 
 import flexband as fb
 from flexband.execution.journal import Journal
-from tests.execution.responses import bad, good, logged
+from tests.execution.responses import bad, logged, true_response
 
 INPUTS = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 1.0)}
 LHS = fb.LHSScanning(60, 8)
@@ -37,15 +37,15 @@ def runs_of(log):
     return Path(log).read_text().split("\n")[:-1] if Path(log).exists() else []
 
 
-def recorded(folder):
+def recorded_values(folder):
     """Return the values of all runs that are recorded, in the arrays and the journal, by inputs."""
     path = Path(folder) / "runs.zarr"
     if not (path / "zarr.json").exists():
         return {}
     with fb.execution.open_runs(folder) as runs:
         parts = [(runs.inputs.values, runs.outputs.values)] if "outputs" in runs else []
-        left = Journal(path).read(len(runs.run))
-    parts += [(one.inputs, one.values) for one in left]
+        in_journal = Journal(path).read(len(runs.run))
+    parts += [(entry.inputs, entry.values) for entry in in_journal]
     return {
         f"{a.hex()} {b.hex()}": value.tobytes()
         for inputs, values in parts
@@ -59,9 +59,9 @@ def start(target, *arguments):
     return process
 
 
-def wait_until(done, process=None):
+def wait_until(condition, process=None):
     end = time.monotonic() + 60
-    while not done():
+    while not condition():
         assert time.monotonic() < end
         assert process is None or process.exitcode is None
         time.sleep(0.002)
@@ -72,26 +72,26 @@ def test_a_study_that_is_killed_goes_on_where_it_was(seed, tmp_path):
     folder, log, random = tmp_path / "s", tmp_path / "log", Random(seed)
     before: dict[str, bytes] = {}
     for _ in range(4):
-        begun = len(runs_of(log))
-        goal = begun + random.randint(1, 160)
+        first_count = len(runs_of(log))
+        goal = first_count + random.randint(1, 160)
         process = start(study, folder, log)
         wait_until(lambda goal=goal: len(runs_of(log)) >= goal, process)
         time.sleep(random.random() * 0.02)
         process.kill()
         process.join()
         assert process.exitcode == -signal.SIGKILL
-        again = set(runs_of(log)[begun:]) & before.keys()
-        assert len(again) <= 2  # those that a resume makes
-        after = recorded(folder)
+        repeats = set(runs_of(log)[first_count:]) & before.keys()
+        assert len(repeats) <= 2  # those that a resume makes
+        after = recorded_values(folder)
         assert before.items() <= after.items()
         begun_runs = set(runs_of(log))
         assert len(begun_runs - after.keys()) <= 4 * BATCH  # one call in flight for each kill
         before = after
     assert len(before) > 50
-    found = study(folder, log)
-    exact = fb.propagate(good, INPUTS, LHS)
-    np.testing.assert_array_equal(found["mean"], exact["mean"])
-    np.testing.assert_array_equal(found["error_bar"], exact["error_bar"])
+    bands = study(folder, log)
+    exact = fb.propagate(true_response, INPUTS, LHS)
+    np.testing.assert_array_equal(bands["mean"], exact["mean"])
+    np.testing.assert_array_equal(bands["error_bar"], exact["error_bar"])
     count = len(runs_of(log))
     study(folder, log)
     assert len(runs_of(log)) == count + 2
@@ -108,10 +108,10 @@ def test_a_killed_study_leaves_no_workers_and_no_lock(tmp_path):
     process.join()
     try:
         os.kill(int(pid.read_text()), 0)  # it lives
-        found = study(tmp_path / "s", log)
+        bands = study(tmp_path / "s", log)
     finally:
         os.kill(int(pid.read_text()), signal.SIGKILL)
-    np.testing.assert_array_equal(found["mean"], fb.propagate(good, INPUTS, LHS)["mean"])
+    np.testing.assert_array_equal(bands["mean"], fb.propagate(true_response, INPUTS, LHS)["mean"])
 
 
 def telling(pid):
@@ -188,7 +188,7 @@ def test_a_store_opens_at_any_moment_of_a_study(tmp_path):
             counts.append(len(runs.run))
             if "outputs" in runs:
                 runs.load()
-                exact = good(*runs.inputs.values.T)
+                exact = true_response(*runs.inputs.values.T)
                 np.testing.assert_array_equal(runs.outputs, exact)
                 assert (runs.status == 1).all()
     assert process.exitcode == 0
@@ -219,20 +219,20 @@ def dask():
 @pytest.mark.filterwarnings("ignore")
 def test_results_are_the_same_bit_for_bit_with_dask_whose_worker_dies(dask, tmp_path):
     response = partial(bad, fault="kills_its_process", once=str(tmp_path / "once"))
-    found = fb.propagate(response, INPUTS, LHS, store=tmp_path / "s", batch=BATCH, executor=dask)
+    bands = fb.propagate(response, INPUTS, LHS, store=tmp_path / "s", batch=BATCH, executor=dask)
     assert (tmp_path / "once").exists()
-    np.testing.assert_array_equal(found["mean"], fb.propagate(good, INPUTS, LHS)["mean"])
+    np.testing.assert_array_equal(bands["mean"], fb.propagate(true_response, INPUTS, LHS)["mean"])
     assert (fb.execution.open_runs(tmp_path / "s").status == 1).all()
 
 
 def stops_once(a, b, once):
-    """Return what `good` does, but for the first call, which stops its process."""
+    """Return what `true_response` does, but for the first call, which stops its process."""
     try:
         Path(once).touch(exist_ok=False)
     except FileExistsError:
-        return good(a, b)
+        return true_response(a, b)
     os.kill(os.getpid(), signal.SIGSTOP)
-    return good(a, b)
+    return true_response(a, b)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals differ")
@@ -244,8 +244,8 @@ def test_a_run_on_a_dask_worker_that_is_stopped_goes_to_another(dask, tmp_path):
         "batch": BATCH,
         "executor": fb.execution.Dask(dask, time_limit=2.0),
     }
-    found = fb.propagate(response, INPUTS, LHS, **options)
-    np.testing.assert_array_equal(found["mean"], fb.propagate(good, INPUTS, LHS)["mean"])
+    bands = fb.propagate(response, INPUTS, LHS, **options)
+    np.testing.assert_array_equal(bands["mean"], fb.propagate(true_response, INPUTS, LHS)["mean"])
     assert (fb.execution.open_runs(tmp_path / "s").status == 1).all()
 
 
@@ -256,7 +256,7 @@ class SlowToLoad:
         time.sleep(seconds)
 
     def __call__(self, a, b):
-        return good(a, b)
+        return true_response(a, b)
 
     def __reduce__(self):
         return SlowToLoad, (2.5,)
@@ -264,10 +264,10 @@ class SlowToLoad:
 
 @pytest.mark.filterwarnings("ignore")
 def test_loading_a_response_takes_no_time_of_its_calls(dask):
-    found = fb.propagate(
+    bands = fb.propagate(
         SlowToLoad(), INPUTS, LHS, executor=fb.execution.Dask(dask, time_limit=1.5)
     )
-    np.testing.assert_array_equal(found["mean"], fb.propagate(good, INPUTS, LHS)["mean"])
+    np.testing.assert_array_equal(bands["mean"], fb.propagate(true_response, INPUTS, LHS)["mean"])
 
 
 class SlowCluster:
@@ -308,9 +308,9 @@ def test_modules_beside_the_study_reach_the_workers(dask, tmp_path, monkeypatch)
     response = __import__("beside15").model
     with pytest.raises(ModuleNotFoundError):
         dask.submit(__import__, "beside15").result(timeout=300)
-    found = fb.propagate(response, INPUTS, LHS, executor=dask)
+    bands = fb.propagate(response, INPUTS, LHS, executor=dask)
     exact = fb.propagate(response, INPUTS, LHS)
-    np.testing.assert_array_equal(found["mean"], exact["mean"])
+    np.testing.assert_array_equal(bands["mean"], exact["mean"])
 
     def load(folder):
         sys.path.insert(0, folder)
@@ -319,10 +319,10 @@ def test_modules_beside_the_study_reach_the_workers(dask, tmp_path, monkeypatch)
     dask.run(load, str(tmp_path))  # from now on the worker has the modules, and keeps them
     (tmp_path / "constants15.py").write_text("FACTOR = 5.25\n")
     importlib.reload(sys.modules["constants15"])
-    found = fb.propagate(response, INPUTS, LHS, executor=dask)
-    assert not np.allclose(found["mean"], exact["mean"])
+    bands = fb.propagate(response, INPUTS, LHS, executor=dask)
+    assert not np.allclose(bands["mean"], exact["mean"])
     exact = fb.propagate(response, INPUTS, LHS)
-    np.testing.assert_array_equal(found["mean"], exact["mean"])
+    np.testing.assert_array_equal(bands["mean"], exact["mean"])
 
 
 def fields(x, a, e):
@@ -342,8 +342,10 @@ def test_results_are_the_same_bit_for_bit_in_all_processes(tmp_path):
     with ProcessPoolExecutor(1, CONTEXT) as pool:
         for number, executor in enumerate((fb.execution.Processes(2), pool)):
             folder = tmp_path / str(number)
-            for again in (executor, None):
-                found = fb.propagate(response, inputs, method, store=folder, executor=again)
+            for resume_executor in (executor, None):
+                bands = fb.propagate(
+                    response, inputs, method, store=folder, executor=resume_executor
+                )
                 for name in exact.data_vars:
-                    np.testing.assert_array_equal(found[name], exact[name])
+                    np.testing.assert_array_equal(bands[name], exact[name])
             assert len(fb.execution.open_runs(folder).run) == 36

@@ -38,20 +38,22 @@ def description(version, variable_steps=True):
     variables = []
     for k, (name, causality, variability, rest) in enumerate(REAL):
         reference = 0 if name == "mass_again" and version == 2 else k
-        own = f"name='{name}' valueReference='{reference}' causality='{causality}' "
-        own += f"variability='{variability}'" + (" initial='approx'" if name == "guess" else "")
+        attributes = f"name='{name}' valueReference='{reference}' causality='{causality}' "
+        attributes += f"variability='{variability}'" + (
+            " initial='approx'" if name == "guess" else ""
+        )
         variables.append(
-            f"<ScalarVariable {own}><Real {rest}/></ScalarVariable>"
+            f"<ScalarVariable {attributes}><Real {rest}/></ScalarVariable>"
             if version == 2
-            else f"<Float64 {own} {rest}/>"
+            else f"<Float64 {attributes} {rest}/>"
         )
     fixed = "causality='parameter' variability='fixed'"
     for name, kind, start in (("springs", "Integer", "1"), ("locked", "Boolean", "false")):
-        own = f"name='{name}' valueReference='{100 + (kind == 'Boolean')}' {fixed}"
+        attributes = f"name='{name}' valueReference='{100 + (kind == 'Boolean')}' {fixed}"
         variables.append(
-            f"<ScalarVariable {own}><{kind} start='{start}'/></ScalarVariable>"
+            f"<ScalarVariable {attributes}><{kind} start='{start}'/></ScalarVariable>"
             if version == 2
-            else f"<{kind.replace('eger', '32')} {own} start='{start}'/>"
+            else f"<{kind.replace('eger', '32')} {attributes} start='{start}'/>"
         )
     steps = f"canHandleVariableCommunicationStepSize='{str(variable_steps).lower()}'"
     if version == 2:
@@ -105,23 +107,23 @@ def closed_form(mass, stiffness, damping=2.0):
     omega = np.sqrt(stiffness / mass - decay**2)
     swing = np.cos(omega * TIMES) + decay / omega * np.sin(omega * TIMES)
     speed = -(omega**2 + decay**2) / omega * np.sin(omega * TIMES)
-    return np.stack([np.exp(-decay * TIMES) * own for own in (swing, speed)], axis=1)
+    return np.stack([np.exp(-decay * TIMES) * wave for wave in (swing, speed)], axis=1)
 
 
 def test_an_fmu_equals_its_closed_form(fmu):
     response = fb.models.FMU(fmu, TIMES)
     values = {"mass": np.array([1.0, 1.3]), "spring.k": np.array([80.0, 120.0])}
-    found = response(**values)
+    result = response(**values)
     exact = closed_form(*values.values())
-    np.testing.assert_allclose(found, exact, rtol=1e-10, atol=1e-12)
-    assert found.dims == ("sample", "output", "time")
-    assert list(found["output"].values) == ["x", "v"]
-    assert list(found["unit"].values) == ["m", "m/s"]
+    np.testing.assert_allclose(result, exact, rtol=1e-10, atol=1e-12)
+    assert result.dims == ("sample", "output", "time")
+    assert list(result["output"].values) == ["x", "v"]
+    assert list(result["unit"].values) == ["m", "m/s"]
     with ProcessPoolExecutor(1) as pool:
-        np.testing.assert_array_equal(pool.submit(response, **values).result(), found)
+        np.testing.assert_array_equal(pool.submit(response, **values).result(), result)
     for step in (0.05, 0.007):
-        again = fb.models.FMU(fmu, TIMES, ["v"], step=step)(**values)
-        np.testing.assert_allclose(again[:, 0], exact[:, 1], rtol=1e-9, atol=1e-10)
+        velocities = fb.models.FMU(fmu, TIMES, ["v"], step=step)(**values)
+        np.testing.assert_allclose(velocities[:, 0], exact[:, 1], rtol=1e-9, atol=1e-10)
 
 
 def test_a_study(fmu):
@@ -135,10 +137,10 @@ def test_a_study(fmu):
 
 def test_inputs_integers_and_booleans(fmu):
     response = fb.models.FMU(fmu, [2.0, 4.0], ["x", "springs", "locked"])
-    found = response(force=[50.0, 50.0, 0.0], springs=[1, 2, 1], locked=[0, 0, 1], damping=8.0)
-    np.testing.assert_allclose(found[:, 0, 1], [0.5, 0.25, 1.0], atol=1e-5)
-    np.testing.assert_array_equal(found[:, 1, 0], [1, 2, 1])
-    np.testing.assert_array_equal(found[:, 2, 0], [0, 0, 1])
+    result = response(force=[50.0, 50.0, 0.0], springs=[1, 2, 1], locked=[0, 0, 1], damping=8.0)
+    np.testing.assert_allclose(result[:, 0, 1], [0.5, 0.25, 1.0], atol=1e-5)
+    np.testing.assert_array_equal(result[:, 1, 0], [1, 2, 1])
+    np.testing.assert_array_equal(result[:, 2, 0], [0, 0, 1])
 
 
 @pytest.mark.parametrize(
@@ -194,8 +196,8 @@ def test_equal_steps_only(tmp_path):
         fb.errors.InputError, match=r"equal communication steps only.*from 0.05 to 0.6 s"
     ):
         fb.models.FMU(file, TIMES)
-    found = fb.models.FMU(file, TIMES, step=0.05)(mass=1.0)
-    np.testing.assert_allclose(found, closed_form(1.0, 100.0), atol=1e-10)
+    result = fb.models.FMU(file, TIMES, step=0.05)(mass=1.0)
+    np.testing.assert_allclose(result, closed_form(1.0, 100.0), atol=1e-10)
 
 
 @pytest.mark.parametrize(
@@ -218,7 +220,7 @@ def test_bad_descriptions_are_refused(fmu, arguments, text):
 
 
 def test_an_fmu_for_another_computer(fmu, tmp_path):
-    with zipfile.ZipFile(fmu) as whole, zipfile.ZipFile(tmp_path / "o.fmu", "w") as other:
-        other.writestr("modelDescription.xml", whole.read("modelDescription.xml"))
+    with zipfile.ZipFile(fmu) as source, zipfile.ZipFile(tmp_path / "o.fmu", "w") as target:
+        target.writestr("modelDescription.xml", source.read("modelDescription.xml"))
     with pytest.raises(fb.errors.InputError, match=r"must be an FMU for .*; .* is for nothing"):
         fb.models.FMU(tmp_path / "o.fmu", TIMES)

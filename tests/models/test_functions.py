@@ -23,7 +23,7 @@ def of_as_many_times(x, e):
     return e * np.exp(-x * T)
 
 
-def labelled(x, e):
+def with_labels(x, e):
     values = e * np.exp(-x * T)
     return xr.DataArray([values, values**2], dims=("output", "time"), coords={"time": T})
 
@@ -34,10 +34,10 @@ def vectorized(x, e):
 
 def test_samples_are_stacked():
     bands = fb.propagate(vectorized, INPUTS, fb.PCCI(3, 3))
-    alone = fb.propagate(fb.models.samplewise(of_as_many_times), INPUTS, fb.PCCI(3, 3))
+    of_samples = fb.propagate(fb.models.samplewise(of_as_many_times), INPUTS, fb.PCCI(3, 3))
     for name in ("mean", "error_bar"):
-        np.testing.assert_allclose(alone[name], bands[name], rtol=1e-12)
-    result = fb.models.samplewise(labelled)(x=np.array([0.0, 1.0]), e=np.ones(2))
+        np.testing.assert_allclose(of_samples[name], bands[name], rtol=1e-12)
+    result = fb.models.samplewise(with_labels)(x=np.array([0.0, 1.0]), e=np.ones(2))
     assert result.dims == ("sample", "output", "time")
     np.testing.assert_array_equal(result["time"], T)
     np.testing.assert_allclose(result[1, 0], np.exp(-T))
@@ -47,16 +47,16 @@ def test_samples_are_stacked():
 
 
 def test_arguments_are_plain_numbers_and_texts():
-    seen = []
+    arguments = []
 
     def looking(x, material, turns):
-        seen.append((x, material, turns))
+        arguments.append((x, material, turns))
         return x if material == "steel" and turns == 3 else 2 * x
 
     inputs = {"x": fb.Interval(1.0, 2.0), "material": fb.Choice("steel", "brass"), "turns": 3}
     bands = fb.propagate(fb.models.samplewise(looking), inputs, fb.PCCI(1, 1))
     np.testing.assert_allclose(bands["mean"], [1.0, 4.0])
-    assert {tuple(map(type, one)) for one in seen} == {(float, str, int)}
+    assert {tuple(map(type, values)) for values in arguments} == {(float, str, int)}
 
 
 def bar(youngs_modulus, load):
@@ -79,8 +79,8 @@ def test_fields_are_functions_of_positions(domain):
 def test_a_field_alone_tells_how_many_samples_there_are():
     field = fb.IntervalField(1.0, 2.0, length=1.0, domain=(0.0, 1.0))
     response = fb.models.samplewise(lambda f: f(0.25) + f(np.array([0.5, 1.0])).sum())
-    found = response(f=field.value(np.array([[-1.0] * 2, [0.0] * 2, [1.0] * 2])))
-    np.testing.assert_allclose(found, [3.0, 4.5, 6.0])
+    result = response(f=field.value(np.array([[-1.0] * 2, [0.0] * 2, [1.0] * 2])))
+    np.testing.assert_allclose(result, [3.0, 4.5, 6.0])
 
 
 def test_signature_pickling_and_names():
@@ -118,8 +118,8 @@ def test_other_results_are_refused(result, text):
 
 
 def test_an_error_tells_the_sample():
-    with pytest.raises(ZeroDivisionError) as caught:
+    with pytest.raises(ZeroDivisionError) as error:
         fb.models.samplewise(lambda x, y: 1 / x)(x=[1.0, 0.0], y=[5.0, 6.0])
-    assert caught.value.__notes__ == ["in sample 1: x = 0.0, y = 6.0"]
+    assert error.value.__notes__ == ["in sample 1: x = 0.0, y = 6.0"]
     with pytest.raises(fb.errors.InputError, match="y has 3 samples; others have 2"):
         fb.models.samplewise(lambda x, y: x)(x=np.ones(2), y=np.ones(3))

@@ -23,7 +23,7 @@ def server(monkeypatch):
         yield served
 
 
-def connected(server):
+def connect(server):
     address = urlsplit(server.url)
     return socket.create_connection((address.hostname, address.port), timeout=5)
 
@@ -37,7 +37,7 @@ def answer(connection):
 
 
 def request(server, body, *, size=None, head=""):
-    connection = connected(server)
+    connection = connect(server)
     length = len(body) if size is None else size
     connection.sendall(
         f"POST /Evaluate HTTP/1.1\r\nHost: {urlsplit(server.url).netloc}\r\n{head}"
@@ -51,13 +51,13 @@ def evaluation(number="2.0"):
 
 
 @pytest.mark.parametrize(
-    "begun",
+    "request_start",
     [b"", b"POST /Ev", b"POST /Evaluate HTTP/1.1\r\nContent-Length: 90\r\n\r\n{"],
 )
-def test_requests_that_are_not_finished_are_ended(server, begun, capfd):
-    connection = connected(server)
+def test_requests_that_are_not_finished_are_ended(server, request_start, capfd):
+    connection = connect(server)
     start = time.monotonic()
-    connection.sendall(begun)
+    connection.sendall(request_start)
     assert answer(connection) == b""
     assert time.monotonic() - start < 3.0
     assert capfd.readouterr().err == ""
@@ -69,27 +69,27 @@ def test_a_request_that_comes_a_byte_at_a_time_is_ended(server):
             connection.sendall(bytes([byte]))
             time.sleep(0.02)
 
-    with connected(server) as connection, pytest.raises(ConnectionError):
+    with connect(server) as connection, pytest.raises(ConnectionError):
         send_slowly(connection)
 
 
 def test_further_connections_are_closed(server):
-    held = [connected(server) for _ in range(LIMITS.connections)]
+    connections = [connect(server) for _ in range(LIMITS.connections)]
     time.sleep(0.1)
     start = time.monotonic()
-    assert answer(connected(server)) == b""
+    assert answer(connect(server)) == b""
     assert time.monotonic() - start < 0.3  # at once, not after the time of idle ones
-    for connection in held:
+    for connection in connections:
         connection.close()
     time.sleep(0.2)
     assert b"200 OK" in answer(request(server, evaluation()))
 
 
 def test_bodies_share_their_memory(server):
-    slow = request(server, "{", size=900)
+    pending = request(server, "{", size=900)
     time.sleep(0.1)
     assert b"503" in answer(request(server, evaluation().ljust(200)))
-    assert answer(slow) == b""  # after its time
+    assert answer(pending) == b""  # after its time
     assert b"200 OK" in answer(request(server, evaluation().ljust(900)))
     assert b"413" in answer(request(server, "", size=1001))
     budget = MemoryBudget(10)
@@ -100,26 +100,26 @@ def test_bodies_share_their_memory(server):
 
 @pytest.mark.parametrize("origin", ["https://example.com", "null", "http://127.0.0.1:1"])
 def test_requests_of_other_pages_are_refused(server, origin):
-    told = answer(request(server, evaluation(), head=f"Origin: {origin}\r\n"))
-    assert b"403" in told
-    own = answer(request(server, evaluation(), head=f"Origin: {server.url}\r\n"))
-    assert json.loads(own.partition(b"\r\n\r\n")[2]) == {"output": [[2.0]]}
+    refusal = answer(request(server, evaluation(), head=f"Origin: {origin}\r\n"))
+    assert b"403" in refusal
+    reply = answer(request(server, evaluation(), head=f"Origin: {server.url}\r\n"))
+    assert json.loads(reply.partition(b"\r\n\r\n")[2]) == {"output": [[2.0]]}
 
 
 @pytest.mark.parametrize("number", ["1" + 309 * "0", "-1" + 400 * "0", "1e999", "NaN", "true"])
 def test_numbers_that_are_no_floats_are_refused(server, number, capfd):
-    told = answer(request(server, evaluation(number)))
-    assert b"400" in told
-    assert b"must be finite numbers" in told
+    refusal = answer(request(server, evaluation(number)))
+    assert b"400" in refusal
+    assert b"must be finite numbers" in refusal
     assert capfd.readouterr().err == ""
 
 
 def test_a_client_that_hangs_up_leaves_no_traceback(capfd):
-    def slow(x):
+    def response(x):
         time.sleep(0.3)
         return np.zeros((1, 100_000)) + x[:, None]
 
-    with fb.models.UMBridgeServer(slow, {"x": 1.0}, name="same", port=0) as server:
+    with fb.models.UMBridgeServer(response, {"x": 1.0}, name="same", port=0) as server:
         connection = request(server, evaluation())
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")
         connection.close()

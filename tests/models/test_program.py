@@ -39,7 +39,7 @@ def series(folder):
     return xr.DataArray(x, dims="time", coords={"time": time})
 
 
-def printed(folder):
+def read_number(folder):
     return float((folder / "stdout.txt").read_text())
 
 
@@ -60,10 +60,10 @@ def closed_form(stiffness, mass):
 
 def test_a_program_equals_its_closed_form(oscillator):
     with ProcessPoolExecutor(1) as pool:  # the response is sent to another process
-        found = pool.submit(oscillator, stiffness=[95.0, 104.0], mass=[1.0, 1.1]).result()
+        result = pool.submit(oscillator, stiffness=[95.0, 104.0], mass=[1.0, 1.1]).result()
     exact = closed_form(np.array([95.0, 104.0]), np.array([1.0, 1.1]))
-    np.testing.assert_allclose(found, exact, rtol=1e-11)
-    assert found.dims == ("sample", "time")
+    np.testing.assert_allclose(result, exact, rtol=1e-11)
+    assert result.dims == ("sample", "time")
     bands = fb.propagate(oscillator, INPUTS, fb.PCCI(1, 1))
     expected = fb.propagate(closed_form, INPUTS, fb.PCCI(1, 1))
     np.testing.assert_allclose(bands["error_bar"], expected["error_bar"], rtol=1e-9)
@@ -76,30 +76,30 @@ def test_what_is_no_placeholder_survives():
         files={"in/model.json": MODEL},
     )
     assert program(stiffness=[0.1 + 0.2, -1e-300]).tolist() == [0.1 + 0.2, -1e-300]
-    seen = []
+    outputs = []
     text = "{${x:.3e}} $HOME $(x) ${x:>8} `x` \\n é\r\n"
     program = fb.models.ExternalProgram(
-        ["cat"], standard_input=text, read=lambda f: seen.append((f / "stdout.txt").read_bytes())
+        ["cat"], standard_input=text, read=lambda f: outputs.append((f / "stdout.txt").read_bytes())
     )
     with pytest.raises(fb.errors.InputError, match="got None"):
         program(x=[2.5])
-    assert seen[0].decode() == "{2.500e+00} $HOME $(x)      2.5 `x` \\n é\r\n"
+    assert outputs[0].decode() == "{2.500e+00} $HOME $(x)      2.5 `x` \\n é\r\n"
 
 
 def test_texts_and_numbers_are_arguments_without_a_shell():
     program = fb.models.ExternalProgram(
         [sys.executable, "-c", "import sys; print(len(sys.argv[1]) * int(sys.argv[2]))",
          "${material}; rm -rf '*' $HOME", "${turns:d}"],
-        read=printed,
+        read=read_number,
     )  # fmt: skip
-    found = program(material=np.array(["steel", "hard brass"]), turns=[1, 2])
-    np.testing.assert_array_equal(found, [5 + 18, 2 * (10 + 18)])
+    result = program(material=np.array(["steel", "hard brass"]), turns=[1, 2])
+    np.testing.assert_array_equal(result, [5 + 18, 2 * (10 + 18)])
     assert list(inspect.signature(program).parameters) == ["material", "turns"]
 
 
 def run_one(command, **settings):
-    own = {"read": printed, **settings}
-    return fb.models.ExternalProgram([*shell(command), "${x}"], **own)(x=[1.0])
+    arguments = {"read": read_number, **settings}
+    return fb.models.ExternalProgram([*shell(command), "${x}"], **arguments)(x=[1.0])
 
 
 @pytest.mark.parametrize(
@@ -119,9 +119,9 @@ def test_failures_tell_why(command, text):
 
 
 def test_only_the_last_lines_are_shown():
-    with pytest.raises(fb.errors.ModelError) as caught:
+    with pytest.raises(fb.errors.ModelError) as error:
         run_one("seq 1 100000 >&2; exit 2")
-    assert str(caught.value).splitlines()[1:] == [f"    {k}" for k in range(99991, 100001)]
+    assert str(error.value).splitlines()[1:] == [f"    {k}" for k in range(99991, 100001)]
 
 
 def alive(pid):
@@ -135,13 +135,13 @@ def alive(pid):
 @pytest.mark.parametrize("ending", ["wait", "exit 0"], ids=["time limit", "left behind"])
 def test_no_process_is_left(tmp_path, ending):
     command = f"sleep 60 & echo $! > {tmp_path}/pid; sh -c 'sleep 60 & wait' & echo 1; {ending}"
-    begun = time.monotonic()
+    start = time.monotonic()
     if ending == "wait":
         with pytest.raises(fb.errors.ModelError, match="time limit"):
             run_one(command, time_limit=0.3)
     else:
         assert run_one(command) == [1.0]
-    assert time.monotonic() - begun < 10.0
+    assert time.monotonic() - start < 10.0
     pid = int((tmp_path / "pid").read_text())
     deadline = time.monotonic() + 5.0
     while alive(pid) and time.monotonic() < deadline:
@@ -168,19 +168,19 @@ def test_folders_are_deleted_or_kept(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(
         fb.errors.ModelError, match=r"status 4[^$]*\nThe folder of the run is kept as "
-    ) as one:
+    ) as error:
         run_one("echo partial; exit 4", files={"a/b.txt": "x = ${x}"}, keep="failed")
-    kept = Path(str(one.value).rsplit(" ", 1)[1])
-    assert kept.parent == tmp_path / "failed"
-    assert (kept / "a/b.txt").read_text() == "x = 1.0"
-    assert (kept / "stdout.txt").read_text() == "partial\n"
+    folder = Path(str(error.value).rsplit(" ", 1)[1])
+    assert folder.parent == tmp_path / "failed"
+    assert (folder / "a/b.txt").read_text() == "x = 1.0"
+    assert (folder / "stdout.txt").read_text() == "partial\n"
 
 
 def test_programs_are_found_from_the_current_folder(tmp_path, monkeypatch):
     (tmp_path / "tool").write_text("#!/bin/sh\necho $1\n")
     (tmp_path / "tool").chmod(0o755)
     monkeypatch.chdir(tmp_path)
-    program = fb.models.ExternalProgram(["./tool", "${x}"], read=printed)
+    program = fb.models.ExternalProgram(["./tool", "${x}"], read=read_number)
     monkeypatch.chdir("/")
     assert pickle.loads(pickle.dumps(program))(x=[2.0]) == [2.0]
 
@@ -206,17 +206,17 @@ def test_programs_are_found_from_the_current_folder(tmp_path, monkeypatch):
 )
 def test_bad_descriptions_are_refused(settings, text):
     with pytest.raises(fb.errors.InputError, match=text):
-        fb.models.ExternalProgram(**{"command": ["cat", "${x}"], "read": printed, **settings})
+        fb.models.ExternalProgram(**{"command": ["cat", "${x}"], "read": read_number, **settings})
 
 
 def test_names_and_values_are_checked():
-    program = fb.models.ExternalProgram(["echo", "${stiffness:.0f}"], read=printed)
+    program = fb.models.ExternalProgram(["echo", "${stiffness:.0f}"], read=read_number)
     with pytest.raises(fb.errors.InputError, match="name mass, which the response does not take"):
         fb.propagate(program, INPUTS, fb.PCCI(1, 1))
     with pytest.raises(
         fb.errors.InputError, match="the response needs stiffness, which inputs do not"
     ):
-        fb.propagate(fb.models.ExternalProgram(["echo", "${stiffness} ${mass}"], read=printed),
+        fb.propagate(fb.models.ExternalProgram(["echo", "${stiffness} ${mass}"], read=read_number),
                      {"mass": INPUTS["mass"]}, fb.PCCI(1, 1))  # fmt: skip
     with pytest.raises(fb.errors.InputError, match="placeholders are stiffness; got values of k"):
         program(k=[1.0])
@@ -236,7 +236,7 @@ def test_names_and_values_are_checked():
 
 
 def test_a_field_reaches_a_program_by_its_values():
-    program = fb.models.ExternalProgram(["echo", "${a}"], read=printed)
+    program = fb.models.ExternalProgram(["echo", "${a}"], read=read_number)
     field = fb.IntervalField(1.0, 2.0, length=1.0, domain=(0.0, 1.0))
     response = fb.models.samplewise(lambda E: program.sample(a=E(0.0)))
     bands = fb.propagate(response, {"E": field}, fb.PCCI(0, 1))
@@ -244,14 +244,18 @@ def test_a_field_reaches_a_program_by_its_values():
 
 
 def test_a_store_knows_the_template_and_the_program(tmp_path):
-    def made(text="k = ${x}", script="print(1)", **settings):
+    def fingerprint_of(text="k = ${x}", script="print(1)", **settings):
         (tmp_path / "script.py").write_text(script)
         command = [sys.executable, str(tmp_path / "script.py")]
-        own = {"read": printed, "files": {"m": text}, **settings}
-        return fingerprint(fb.models.ExternalProgram(command, **own))
+        arguments = {"read": read_number, "files": {"m": text}, **settings}
+        return fingerprint(fb.models.ExternalProgram(command, **arguments))
 
-    same = made()
-    assert made(time_limit=3.0, keep=tmp_path) == same
-    others = [made("k = 2*${x}"), made(script="print(2)"), made(standard_input="go")]
-    others.append(made(read=lambda folder: 1.0))
-    assert len({same, *others}) == 5
+    first = fingerprint_of()
+    assert fingerprint_of(time_limit=3.0, keep=tmp_path) == first
+    others = [
+        fingerprint_of("k = 2*${x}"),
+        fingerprint_of(script="print(2)"),
+        fingerprint_of(standard_input="go"),
+    ]
+    others.append(fingerprint_of(read=lambda folder: 1.0))
+    assert len({first, *others}) == 5

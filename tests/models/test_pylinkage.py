@@ -69,5 +69,5 @@ def test_the_motion_is_the_same(linkage, steps):
     for k, part in enumerate(linkage.components):
         if part.name in model.bodies:
             names = [f"{part.name}_X", f"{part.name}_Y"]
-            found = motion.sel(output=names).values[:, 50::50]
-            np.testing.assert_allclose(found, expected[:, k].T, rtol=0, atol=1e-9)
+            positions = motion.sel(output=names).values[:, 50::50]
+            np.testing.assert_allclose(positions, expected[:, k].T, rtol=0, atol=1e-9)

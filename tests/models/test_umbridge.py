@@ -39,11 +39,9 @@ def server():
         yield server
 
 
-def ask(server, path, asked=None):
+def ask(server, path, body=None):
     """Return status and answer."""
-    data = (
-        None if asked is None else asked if isinstance(asked, bytes) else json.dumps(asked).encode()
-    )
+    data = None if body is None else body if isinstance(body, bytes) else json.dumps(body).encode()
     try:
         with urllib.request.urlopen(f"{server.url}/{path}", data, timeout=10) as answer:
             return answer.status, json.load(answer)
@@ -54,19 +52,19 @@ def ask(server, path, asked=None):
 def test_the_protocol(server):
     name = {"name": "cosine"}
     assert ask(server, "Info") == (200, {"protocolVersion": 1.0, "models": ["cosine"]})
-    status, about = ask(server, "ModelInfo", name)
+    status, info = ask(server, "ModelInfo", name)
     assert status == 200
     features = {"Evaluate": True, "Gradient": False, "ApplyJacobian": False, "ApplyHessian": False}
-    assert about == {"support": features}
+    assert info == {"support": features}
     assert ask(server, "InputSizes", name | {"config": {}}) == (200, {"inputSizes": [2]})
     assert ask(server, "OutputSizes", name | {"config": {}}) == (200, {"outputSizes": [5, 5]})
-    status, found = ask(server, "Evaluate", name | {"input": [[2, 0.5]], "config": {}})
+    status, answer = ask(server, "Evaluate", name | {"input": [[2, 0.5]], "config": {}})
     assert status == 200
-    np.testing.assert_array_equal(found["output"], [0.5 * np.cos(2 * T), T])
+    np.testing.assert_array_equal(answer["output"], [0.5 * np.cos(2 * T), T])
 
 
 @pytest.mark.parametrize(
-    ("path", "asked", "status", "kind"),
+    ("path", "body", "status", "kind"),
     [
         ("Evaluate", {"name": "sine"}, 400, "ModelNotFound"),
         ("InputSizes", {}, 400, "ModelNotFound"),
@@ -89,12 +87,12 @@ def test_the_protocol(server):
         ("Evaluate", {"name": "cosine", "input": [[-1.0, 2.0]]}, 500, "InvalidOutput"),
     ],
 )  # fmt: skip
-def test_errors_of_the_protocol(server, path, asked, status, kind):
-    found = ask(server, path, asked)
-    assert found[0] == status
-    assert found[1].keys() == {"error"}
-    assert found[1]["error"].keys() == {"type", "message"}
-    assert found[1]["error"]["type"] == kind
+def test_errors_of_the_protocol(server, path, body, status, kind):
+    answer = ask(server, path, body)
+    assert answer[0] == status
+    assert answer[1].keys() == {"error"}
+    assert answer[1]["error"].keys() == {"type", "message"}
+    assert answer[1]["error"]["type"] == kind
 
 
 def test_there_and_back(server):
@@ -114,13 +112,13 @@ def test_labels_of_outputs():
         return x[:, None] * np.arange(1.0, 4.0)
 
     with fb.models.UMBridgeServer(sizes, {"x": 1.0}, port=0) as server:
-        found = fb.models.UMBridgeModel(server.url, "flexband", ["x"])(x=[2.0, 3.0])
-    assert found.dims == ("sample", "output", "entry")
-    np.testing.assert_array_equal(found[:, 0], [[2.0, 4.0, 6.0], [3.0, 6.0, 9.0]])
+        result = fb.models.UMBridgeModel(server.url, "flexband", ["x"])(x=[2.0, 3.0])
+    assert result.dims == ("sample", "output", "entry")
+    np.testing.assert_array_equal(result[:, 0], [[2.0, 4.0, 6.0], [3.0, 6.0, 9.0]])
     with fb.models.UMBridgeServer(lambda x: x**2, {"x": 1.0}, port=0) as server:
-        found = fb.models.UMBridgeModel(server.url, "flexband", ["x"])(x=[2.0])
-    assert found.dims == ("sample", "output")
-    assert found.item() == 4.0
+        result = fb.models.UMBridgeModel(server.url, "flexband", ["x"])(x=[2.0])
+    assert result.dims == ("sample", "output")
+    assert result.item() == 4.0
 
 
 def test_a_surrogate_is_served():
@@ -134,8 +132,8 @@ def test_a_surrogate_is_served():
         model = fb.models.UMBridgeModel(
             server.url, "flexband", ["e", *(f"z{k}" for k in range(terms))]
         )
-        found = model(e=[0.8], **{f"z{k}": [z] for k, z in enumerate(xi)})
-        np.testing.assert_array_equal(found[:, 0], surrogate.evaluate(e=0.8, f=xi[None]))
+        result = model(e=[0.8], **{f"z{k}": [z] for k, z in enumerate(xi)})
+        np.testing.assert_array_equal(result[:, 0], surrogate.evaluate(e=0.8, f=xi[None]))
         with pytest.raises(fb.errors.ModelError, match=r"InvalidInput.*e: values"):
             model(e=[2.0], **{f"z{k}": [0.0] for k in range(terms)})
 
@@ -155,9 +153,9 @@ def test_a_surrogate_is_served():
     ],
 )
 def test_bad_descriptions_are_refused(server, settings, text):
-    own = {"url": server.url, "name": "cosine", "inputs": ["x", "e"], **settings}
+    arguments = {"url": server.url, "name": "cosine", "inputs": ["x", "e"], **settings}
     with pytest.raises(fb.errors.InputError, match=text):
-        fb.models.UMBridgeModel(**own)
+        fb.models.UMBridgeModel(**arguments)
 
 
 def test_errors_of_the_model_are_told(server):
@@ -249,19 +247,19 @@ def test_wrong_answers_of_a_server(wrong, kind, text):
 
 def test_vectors_of_different_lengths_and_a_time_limit():
     with answering(GOOD) as url:
-        found = fb.models.UMBridgeModel(url, "m", ["a", "b", "c"], outputs=["p", "q"])(
+        result = fb.models.UMBridgeModel(url, "m", ["a", "b", "c"], outputs=["p", "q"])(
             a=1.0, b=2.0, c=3.0
         )
-        made = [
+        models = [
             fb.models.UMBridgeModel(url, "m", ["a", "b", "c"], config={"n": n}) for n in (1, 2, 2)
         ]
-    assert len(set(map(fingerprint, made))) == 2
-    assert list(found["output"].values) == ["p[0]", "q[0]", "q[1]"]
-    np.testing.assert_array_equal(found, [[1.0, 2.0, 3.0]])
+    assert len(set(map(fingerprint, models))) == 2
+    assert list(result["output"].values) == ["p[0]", "q[0]", "q[1]"]
+    np.testing.assert_array_equal(result, [[1.0, 2.0, 3.0]])
     with answering(GOOD, delay=1.0) as url:
-        slow = fb.models.UMBridgeModel(url, "m", ["a", "b", "c"], time_limit=0.2)
+        model = fb.models.UMBridgeModel(url, "m", ["a", "b", "c"], time_limit=0.2)
         with pytest.raises(fb.errors.ModelError, match=r"no answer from .*/Evaluate: .*timed out"):
-            slow(a=1.0, b=2.0, c=3.0)
+            model(a=1.0, b=2.0, c=3.0)
     with pytest.raises(fb.errors.ModelError, match=r"no answer from http://127.0.0.1:9/Info"):
         fb.models.UMBridgeModel("http://127.0.0.1:9", "m", ["a"])
 
@@ -286,12 +284,12 @@ def test_what_cannot_be_served():
 
 
 def free_port():
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return one.getsockname()[1]
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return listener.getsockname()[1]
 
 
-def waited_for(url):
+def wait_for(url):
     deadline = time.monotonic() + 20.0
     while True:
         try:
@@ -306,7 +304,7 @@ def test_serve_ends_with_an_interrupt():
     code = f"import flexband as fb; fb.models.serve(lambda x: 2 * x, {{'x': 1.0}}, port={port})"
     process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     try:
-        waited_for(f"http://127.0.0.1:{port}")
+        wait_for(f"http://127.0.0.1:{port}")
         model = fb.models.UMBridgeModel(f"http://localhost:{port}", "flexband", ["x"])
         assert model(x=[3.0]).item() == 6.0
         process.send_signal(signal.SIGINT)
@@ -356,10 +354,10 @@ def test_the_packages_server():
     )  # fmt: skip
     try:
         url = f"http://127.0.0.1:{port}"
-        waited_for(url)
+        wait_for(url)
         model = fb.models.UMBridgeModel(url, "forward", ["a", "b", "c"], config={"factor": 10.0})
-        found = model(a=[2.0, 1.0], b=[3.0, 1.0], c=[0.5, 0.25])
-        np.testing.assert_array_equal(found[:, 0], [[60.0, 0.5], [10.0, 0.25]])
+        result = model(a=[2.0, 1.0], b=[3.0, 1.0], c=[0.5, 0.25])
+        np.testing.assert_array_equal(result[:, 0], [[60.0, 0.5], [10.0, 0.25]])
     finally:
         process.kill()
         process.wait()

@@ -8,16 +8,16 @@ import flexband as fb
 
 
 def formatters():
-    found = {}
-    kind = SimpleNamespace(for_type=found.__setitem__)
+    by_type = {}
+    kind = SimpleNamespace(for_type=by_type.__setitem__)
     shell = SimpleNamespace(formatters={"image/png": kind, "text/html": kind})
     fb.load_ipython_extension(SimpleNamespace(display_formatter=shell))
-    return found
+    return by_type
 
 
-def html(one):
-    found = formatters()
-    return next(found[kind] for kind in type(one).__mro__ if kind in found)(one)
+def html(value):
+    by_type = formatters()
+    return next(by_type[kind] for kind in type(value).__mro__ if kind in by_type)(value)
 
 
 def test_inputs_are_tables():
@@ -29,11 +29,11 @@ def test_inputs_are_tables():
     assert ">10<" in pbox
     uniform = html(fb.Uniform(0.0, 1.0))
     assert ">0.05<" in uniform
-    for one in (fb.Choice("<a>", "b"), fb.RandomField(1.0, 0.1, 2.0),
+    for quantity in (fb.Choice("<a>", "b"), fb.RandomField(1.0, 0.1, 2.0),
                 fb.RandomField(1.0, 0.1, 2.0, domain=(0.0, 1.0)),
                 fb.IntervalField(1.0, 2.0, 0.5, domain=(0.0, 1.0)),
                 fb.Correlated({"a": fb.Normal(0, 1), "b": fb.Normal(0, 1)}, 0.5)):  # fmt: skip
-        assert html(one).startswith("<table>")
+        assert html(quantity).startswith("<table>")
     field = html(fb.RandomField(2.0, 0.1, 3.0, correlation=fb.fields.exponential))
     assert (
         "RandomField(mean=2.0, std=0.1, correlation_length=3.0, correlation=exponential)" in field
@@ -50,9 +50,9 @@ def test_studies_and_surrogates_are_tables():
         return x * s * c
 
     study = fb.Study(product, inputs, fb.AdaptivePCCI(0.1))
-    shown = html(study)
+    table = html(study)
     for text in ("product", "AdaptivePCCI(tolerance=0.1", "interval", "Choice", "3"):
-        assert text in shown
+        assert text in table
     surrogate = html(study.expand())
     for text in ("one number", "AdaptivePCCI", "expected error", "<td style", "Choice"):
         assert text in surrogate

@@ -30,8 +30,8 @@ def test_figures_define_their_terms():
 
 
 def test_the_legend_of_bands_hides_none_and_touches_no_title():
-    scanned = fb.propagate(STUDY.response, STUDY.inputs, fb.LHSScanning(10, 3))
-    figure = bands_figure({"LHS": scanned, "PCCI": STUDY.run()}, "")
+    scan = fb.propagate(STUDY.response, STUDY.inputs, fb.LHSScanning(10, 3))
+    figure = bands_figure({"LHS": scan, "PCCI": STUDY.run()}, "")
     figure.draw_without_rendering()
     for axes in figure.axes:
         legend = axes.get_legend()

@@ -32,94 +32,97 @@ def call(*words):
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory):
+def study_folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("study")
     study = folder / "study.py"
     study.write_text(STUDY, encoding="utf-8")
-    told = call("run", study, "--output", folder / "out")
-    assert told.exit_code == 0, told.output
+    result = call("run", study, "--output", folder / "out")
+    assert result.exit_code == 0, result.output
     assert call("sobol", folder / "out").exit_code == 0
     return folder
 
 
 @pytest.fixture
-def copied(finished, tmp_path):
-    shutil.copytree(finished, tmp_path / "copy")
+def study_copy(study_folder, tmp_path):
+    shutil.copytree(study_folder, tmp_path / "copy")
     return tmp_path / "copy" / "study.py", tmp_path / "copy" / "out"
 
 
 def flip(file, seed):
     data = bytearray(file.read_bytes())
-    drawn = random.Random(seed)
-    data[drawn.randrange(len(data))] ^= 1 << drawn.randrange(8)
+    generator = random.Random(seed)
+    data[generator.randrange(len(data))] ^= 1 << generator.randrange(8)
     file.write_bytes(data)
 
 
-def text_of(told):
-    return " ".join(told.output.split())
+def text_of(result):
+    return " ".join(result.output.split())
 
 
-def test_every_altered_result_is_refused_and_run_restores_it(copied):
-    study, out = copied
-    whole = {name: (out / name).read_bytes() for name in RESULTS}
+def test_every_altered_result_is_refused_and_run_restores_it(study_copy):
+    study, out = study_copy
+    contents = {name: (out / name).read_bytes() for name in RESULTS}
     for name in RESULTS:
         for seed in range(3):
             flip(out / name, f"{name}{seed}")
-            told = call("report", out)
-            assert told.exit_code == 1, (name, seed, told.output)
-            assert f"{name} is not as written; `flexband run` restores it" in text_of(told)
-            (out / name).write_bytes(whole[name])
+            result = call("report", out)
+            assert result.exit_code == 1, (name, seed, result.output)
+            assert f"{name} is not as written; `flexband run` restores it" in text_of(result)
+            (out / name).write_bytes(contents[name])
     flip(out / "sobol.nc", 0)
-    told = call("report", out)
-    assert told.exit_code == 1
-    assert "sobol.nc is not as written; `flexband sobol` restores it" in text_of(told)
+    result = call("report", out)
+    assert result.exit_code == 1
+    assert "sobol.nc is not as written; `flexband sobol` restores it" in text_of(result)
     for name in ("bands.nc", "page.json", "limits.nc"):
         flip(out / name, 1)
-    told = call("run", study, "--output", out)
-    assert told.exit_code == 0, told.output
-    assert "no run was made" not in text_of(told)
+    result = call("run", study, "--output", out)
+    assert result.exit_code == 0, result.output
+    assert "no run was made" not in text_of(result)
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "Answers that are not as written are left out: sobol" in page
     for name in ("bands.nc", "surrogate.npz"):
-        assert (out / name).read_bytes() == whole[name]
+        assert (out / name).read_bytes() == contents[name]
 
 
-def test_bands_with_other_values_and_answers_beside_an_altered_page_are_refused(copied):
-    _, out = copied
+def test_bands_with_other_values_and_answers_beside_an_altered_page_are_refused(study_copy):
+    _, out = study_copy
     bands = xr.open_dataset(out / "bands.nc").load()
     bands["mean"] = 2 * bands["mean"]
     bands.to_netcdf(out / "bands.nc", engine="scipy")  # which keeps the attributes
     for command in ("report", "distribution"):
-        told = call(command, out)
-        assert told.exit_code == 1
-        assert "bands.nc is not as written" in text_of(told)
+        result = call(command, out)
+        assert result.exit_code == 1
+        assert "bands.nc is not as written" in text_of(result)
     flip(out / "page.json", 2)  # which has the doubts about all answers
-    told = call("distribution", out)
-    assert (told.exit_code, "page.json is not as written" in text_of(told)) == (1, True)
+    result = call("distribution", out)
+    assert (result.exit_code, "page.json is not as written" in text_of(result)) == (1, True)
 
 
-def test_a_result_in_study_json_that_was_altered_is_not_told(copied):
-    study, out = copied
-    about = json.loads((out / "study.json").read_text(encoding="utf-8"))
-    about["result"]["label"] = "All is well."
-    (out / "study.json").write_text(json.dumps(about), encoding="utf-8")
+def test_a_result_in_study_json_that_was_altered_is_not_told(study_copy):
+    study, out = study_copy
+    record = json.loads((out / "study.json").read_text(encoding="utf-8"))
+    record["result"]["label"] = "All is well."
+    (out / "study.json").write_text(json.dumps(record), encoding="utf-8")
     assert "result in study.json is not as written" in text_of(call("status", out))
-    told = call("run", study, "--output", out)
-    assert "All is well." not in told.output
+    result = call("run", study, "--output", out)
+    assert "All is well." not in result.output
     assert "not as written" not in text_of(call("status", out))
 
 
-def test_what_is_read_is_what_was_written(finished):
-    file = finished / "out" / "bands.nc"
-    with xr.open_dataset(file, engine="scipy") as opened:
-        plain = opened.load()
-    read = read_netcdf(file)
-    xr.testing.assert_equal(read, plain)
-    assert read.attrs.keys() == plain.attrs.keys() - {"numbering"}
-    assert (plain.attrs["refined"], read.attrs["refined"]) == ("[]", [])  # as `propagate` has it
+def test_what_is_read_is_what_was_written(study_folder):
+    file = study_folder / "out" / "bands.nc"
+    with xr.open_dataset(file, engine="scipy") as dataset:
+        expected = dataset.load()
+    result = read_netcdf(file)
+    xr.testing.assert_equal(result, expected)
+    assert result.attrs.keys() == expected.attrs.keys() - {"numbering"}
+    assert (expected.attrs["refined"], result.attrs["refined"]) == (
+        "[]",
+        [],
+    )  # as `propagate` has it
 
 
 def test_coordinates_of_other_names_stay_coordinates(tmp_path):
-    written = xr.Dataset({"y": ("output", [1.0])}, {"output": ["x"], "unit": ("output", ["m"])})
-    write_netcdf(written, tmp_path / "y.nc")
-    xr.testing.assert_equal(read_netcdf(tmp_path / "y.nc"), written)
+    dataset = xr.Dataset({"y": ("output", [1.0])}, {"output": ["x"], "unit": ("output", ["m"])})
+    write_netcdf(dataset, tmp_path / "y.nc")
+    xr.testing.assert_equal(read_netcdf(tmp_path / "y.nc"), dataset)

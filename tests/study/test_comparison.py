@@ -11,18 +11,18 @@ from flexband.uncertainty.methods.pcci import ImprovedPCCI
 
 def test_relative_error_is_over_both_bounds():
     reference = xr.DataArray([[1.0, 1.0], [3.0, -3.0]], dims=("bound", "time"))
-    found = xr.DataArray([[1.0, 2.0], [3.0, -3.0]], dims=("bound", "time"))
-    assert relative_error(found, reference) == 1 / 8
-    both = xr.concat([reference, 1e-14 * reference], dim="output")
-    assert np.isnan(relative_error(both, both)).values.tolist() == [False, True]
+    values = xr.DataArray([[1.0, 2.0], [3.0, -3.0]], dims=("bound", "time"))
+    assert relative_error(values, reference) == 1 / 8
+    outputs = xr.concat([reference, 1e-14 * reference], dim="output")
+    assert np.isnan(relative_error(outputs, outputs)).values.tolist() == [False, True]
 
 
 def test_compare_needs_no_labels():
     study = fb.Study(lambda x: x**2, {"x": fb.Interval(0, 1)}, fb.PCCI(0, 2))
-    reference, found = compare(study, fb.LHSScanning(2, 11), [fb.ImprovedPCCI(0, 2)])
+    reference, result = compare(study, fb.LHSScanning(2, 11), [fb.ImprovedPCCI(0, 2)])
     assert not reference.errors
-    assert float(found.errors["mean"]) < 1e-12
-    assert (reference.runs, found.runs) == (11, 3)
+    assert float(result.errors["mean"]) < 1e-12
+    assert (reference.runs, result.runs) == (11, 3)
 
 
 def test_everything_is_compiled_before_the_clock_starts():
@@ -43,14 +43,14 @@ def test_everything_is_compiled_before_the_clock_starts():
     warm_up(study, [Recorded(0, 1), Recorded(0, 2)])
     assert calls == [1, "solve"]  # one run; one method of the class, without runs
     calls.clear()
-    _, found = compare(study, fb.LHSScanning(2, 3), [Recorded(0, 2)])
+    _, result = compare(study, fb.LHSScanning(2, 3), [Recorded(0, 2)])
     assert calls == [1, "solve", 3, 1, "solve", 3, 1]  # one run is made again
-    assert found.runs == 3
+    assert result.runs == 3
 
 
 def test_inputs_of_one_kind_are_warmed_up():
-    for one in (fb.Interval(0, 1), fb.Normal(0, 1)):
-        study = fb.Study(lambda x: x**2, {"x": one}, fb.PCCI())
+    for quantity in (fb.Interval(0, 1), fb.Normal(0, 1)):
+        study = fb.Study(lambda x: x**2, {"x": quantity}, fb.PCCI())
         warm_up(study, [fb.methods.PhaseResolvedPCCI(), fb.AdaptivePCCI(), fb.MonteCarlo()])
 
 
@@ -79,7 +79,7 @@ def test_methods_are_compared_on_the_step_that_the_adaptive_one_chooses(method):
     with pytest.warns(
         fb.errors.FlexbandWarning, match=r"left out: step; adaptive PCCI .* chooses step"
     ):
-        reference, found = compare(study, fb.LHSScanning(2, 5), [fb.PCCI(1, 1)])
-    assert float(found.errors["mean"]) < 1e-12
+        reference, result = compare(study, fb.LHSScanning(2, 5), [fb.PCCI(1, 1)])
+    assert float(result.errors["mean"]) < 1e-12
     factor = float(reference.bands["mean"][0, 0])
     assert 1.0 < factor < (1.02 if method.name == "adaptive PCCI" else 1.005)

@@ -28,13 +28,13 @@ LENGTH = {"length": fb.Interval(1.0, 1.1)}
 class Process:
     """One that ends at the third look, or never."""
 
-    started: ClassVar[list] = []
+    processes: ClassVar[list] = []
     ends = True
 
     def __init__(self, command, **_):
         self.looks = 0
         self.killed = False
-        Process.started.append((command[3:], self))
+        Process.processes.append((command[3:], self))
 
     def poll(self):
         self.looks += 1
@@ -45,12 +45,12 @@ class Process:
 
 
 @pytest.fixture
-def started(monkeypatch):
+def processes(monkeypatch):
     monkeypatch.setattr(compiling.subprocess, "Popen", Process)
     monkeypatch.setattr(compiling, "kept", lambda _: False)
     monkeypatch.setattr(compiling, "available_cores", lambda: 2)
-    monkeypatch.setattr(Process, "started", [])
-    return Process.started
+    monkeypatch.setattr(Process, "processes", [])
+    return Process.processes
 
 
 @pytest.mark.parametrize(
@@ -62,22 +62,22 @@ def started(monkeypatch):
         (MOVES, fb.MonteCarlo(100), []),
     ],
 )
-def test_parts_that_a_study_needs(started, response, method, parts):
+def test_parts_that_a_study_needs(processes, response, method, parts):
     compiling.compile_ahead(fb.Study(response, LENGTH, method))
-    assert [names for names, _ in started] == parts
+    assert [names for names, _ in processes] == parts
 
 
-def test_one_core_and_one_part_need_no_process(started, monkeypatch):
+def test_one_core_and_one_part_need_no_process(processes, monkeypatch):
     study = fb.Study(formula, LENGTH, fb.AdaptivePCCI())
     monkeypatch.setattr(compiling, "available_cores", lambda: 1)
     compiling.compile_ahead(study)
     monkeypatch.setattr(compiling, "available_cores", lambda: 2)
     monkeypatch.setattr(compiling, "kept", lambda entry: entry is compiling.search)
     compiling.compile_ahead(study)
-    assert not started
+    assert not processes
 
 
-def test_an_interrupt_ends_the_processes(started, monkeypatch):
+def test_an_interrupt_ends_the_processes(processes, monkeypatch):
     monkeypatch.setattr(Process, "ends", False)
 
     def interrupt(_):
@@ -86,8 +86,8 @@ def test_an_interrupt_ends_the_processes(started, monkeypatch):
     monkeypatch.setattr(compiling.time, "sleep", interrupt)
     with pytest.raises(KeyboardInterrupt):
         compiling.compile_ahead(fb.Study(formula, LENGTH, fb.AdaptivePCCI()))
-    assert started
-    assert all(process.killed for _, process in started)
+    assert processes
+    assert all(process.killed for _, process in processes)
 
 
 def test_the_parts_compile_their_entries():

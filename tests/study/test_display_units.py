@@ -73,7 +73,7 @@ study = fb.Study(
 
 
 @pytest.fixture(scope="module")
-def shown(tmp_path_factory):
+def study_output(tmp_path_factory):
     """Return the folder of a study with display units, and what its run prints."""
     folder = tmp_path_factory.mktemp("display")
     (folder / "study.py").write_text(STUDY, encoding="utf-8")
@@ -81,14 +81,14 @@ def shown(tmp_path_factory):
 
 
 def call(*arguments):
-    done = CliRunner().invoke(app, [*map(str, arguments)], env={"COLUMNS": "200"})
-    assert done.exit_code in (0, 3), done.output
-    return " ".join(done.output.split())
+    result = CliRunner().invoke(app, [*map(str, arguments)], env={"COLUMNS": "200"})
+    assert result.exit_code in (0, 3), result.output
+    return " ".join(result.output.split())
 
 
-def test_a_study_is_shown_in_display_units_and_kept_in_the_others(shown):
+def test_a_study_is_shown_in_display_units_and_kept_in_the_others(study_output):
     """wiper is 10° to 30° after 1 s, F is 4 kN ± 0.2 kN."""
-    folder, text = shown
+    folder, text = study_output
     assert "wiper below 32°: kept with a margin of 2° at 1 s" in text
     assert re.search(r"wiper \[deg\] . 0 … 30 . 0 … 30 . 20 ", text)
     assert re.search(r"F \[kN\] . 2 … 4 . 1.9 … 4.2 . 0.4 ", text)
@@ -103,15 +103,15 @@ def test_a_study_is_shown_in_display_units_and_kept_in_the_others(shown):
     what_if = data["what_if"]
     np.testing.assert_allclose(what_if["width"], [20.0, 0.4], rtol=1e-9)
     np.testing.assert_allclose(np.ravel([m["scale"] for m in what_if["models"]]), [20.0, 0.4])
-    ends = [(own["unit"], own["scale"] * own["upper"]) for own in what_if["intervals"]]
+    ends = [(entry["unit"], entry["scale"] * entry["upper"]) for entry in what_if["intervals"]]
     assert ends == [("mm", pytest.approx(30.0))]
-    assert [(own["unit"], own["scale"] * own["size"]) for own in what_if["sizes"]] == [
+    assert [(entry["unit"], entry["scale"] * entry["size"]) for entry in what_if["sizes"]] == [
         ("kN", pytest.approx(0.1))
     ]
 
 
-def test_answers_are_shown_in_display_units(shown):
-    folder, _ = shown
+def test_answers_are_shown_in_display_units(study_output):
+    folder, _ = study_output
     text = call("limits", folder, "--trust")
     assert "deg at time 1, with crank = 30 mm" in text
     text = call("allocate", folder, "--cost", "crank=1", "--trust", "--no-confirm")
@@ -172,7 +172,7 @@ def test_no_part_of_a_result_keeps_the_unit_it_was_computed_in():
     kilo = Display({"F": "kN"})
     limit = fb.Requirement("force", "F", below=4.5, unit="kN")
     margins = fb.analysis.check_limits(surrogate, limit)
-    shown = kilo.data(margins)
+    in_kilo = kilo.data(margins)
     lengths = {
         "margin", "expected_error", "above", "below", "least_margin", "least_margin_error",
         "margin_between", "margin_at_most", "grid_error", "stated_scale", "extent",
@@ -180,13 +180,15 @@ def test_no_part_of_a_result_keeps_the_unit_it_was_computed_in():
     for name, variable in margins.data_vars.items():
         if variable.dtype.kind == "f":
             scale = 1e-3 if name in lengths else 1.0
-            np.testing.assert_allclose(shown[name], variable * scale, err_msg=name)
+            np.testing.assert_allclose(in_kilo[name], variable * scale, err_msg=name)
     bands = surrogate.bands()
-    verified = fb.verify(surrogate, study.response, runs=4).verification
-    for result in (bands, verified, fb.analysis.contributions(surrogate)):
+    verification = fb.verify(surrogate, study.response, runs=4).verification
+    for result in (bands, verification, fb.analysis.contributions(surrogate)):
         scaled = kilo.data(result)
         for name, variable in result.data_vars.items():
             if "output" in variable.dims and variable.dtype.kind == "f":
-                same = "input" in variable.dims or "share" in f"{name}" or "relative" in f"{name}"
-                expected = variable * xr.DataArray([1.0, 1.0 if same else 1e-3], dims="output")
+                unitless = (
+                    "input" in variable.dims or "share" in f"{name}" or "relative" in f"{name}"
+                )
+                expected = variable * xr.DataArray([1.0, 1.0 if unitless else 1e-3], dims="output")
                 np.testing.assert_allclose(scaled[name], expected, err_msg=name)

@@ -40,9 +40,9 @@ study = fb.Study(fb.models.samplewise(one), {"a": fb.Interval(1.0, 2.0), "b": fb
 
 @pytest.fixture
 def file(tmp_path):
-    found = tmp_path / "sum.py"
-    found.write_text(STUDY.replace("PAUSE", "0"), encoding="utf-8")
-    return found
+    path = tmp_path / "sum.py"
+    path.write_text(STUDY.replace("PAUSE", "0"), encoding="utf-8")
+    return path
 
 
 def call(*arguments, status=0):
@@ -56,25 +56,25 @@ def runs_made(file):
 
 
 def bands(out):
-    with xr.open_dataset(out / "bands.nc", engine="scipy") as found:
-        return found.load()
+    with xr.open_dataset(out / "bands.nc", engine="scipy") as dataset:
+        return dataset.load()
 
 
 def test_a_finished_study_is_not_run_again(file, tmp_path):
     out = tmp_path / "out"
     first = call("run", file, "-o", out, "--verify", 4)
-    made = runs_made(file)
+    run_count = runs_made(file)
     written = (out / "bands.nc").stat().st_mtime_ns
-    assert made == 9 + 1 + 4
-    again = call("run", file, "-o", out, "--verify", 4)
-    assert "has this result already: no run was made" in again
+    assert run_count == 9 + 1 + 4
+    second = call("run", file, "-o", out, "--verify", 4)
+    assert "has this result already: no run was made" in second
     assert "Outputs of 10 runs take 8e-05 MB; the study needs about 4 MB of memory." in first
     assert "sum: improved PCCI (2, 2), 10 runs" in first
-    assert "sum: improved PCCI (2, 2), 10 runs" in again
+    assert "sum: improved PCCI (2, 2), 10 runs" in second
     assert "has this result already" in call("resume", out)
-    told = json.loads(CliRunner().invoke(app, ["resume", str(out), "--json"]).stdout)
-    assert (told["runs"], told["doubts"]) == (10, [])
-    assert (runs_made(file), (out / "bands.nc").stat().st_mtime_ns) == (made, written)
+    answer = json.loads(CliRunner().invoke(app, ["resume", str(out), "--json"]).stdout)
+    assert (answer["runs"], answer["doubts"]) == (10, [])
+    assert (runs_made(file), (out / "bands.nc").stat().st_mtime_ns) == (run_count, written)
     (out / "bands.nc").unlink()
     assert "already: no run" not in call("resume", out)
     assert bands(out).attrs["runs"] == 9 + 1  # as before: the check of the store does not count
@@ -86,69 +86,69 @@ def test_a_finished_study_is_not_run_again(file, tmp_path):
 def test_status_tells_what_is_done_and_how_long_all_runs_take(file, tmp_path, monkeypatch):
     """The new runs open the store once more; what was run before counts in the rate, too."""
     out = tmp_path / "out"
-    found = {}
+    states = {}
 
-    def seen(name, own):
+    def recorder(name, function):
         def call(*arguments, **options):
-            found[name] = state_of(out)
-            return own(*arguments, **options)
+            states[name] = state_of(out)
+            return function(*arguments, **options)
 
         return call
 
-    monkeypatch.setattr(steps, "contributions", seen("answers", fb.analysis.contributions))
-    monkeypatch.setattr(steps, "verify", seen("verification", fb.verify))
+    monkeypatch.setattr(steps, "contributions", recorder("answers", fb.analysis.contributions))
+    monkeypatch.setattr(steps, "verify", recorder("verification", fb.verify))
     call("run", file, "-o", out, "--verify", 4)
-    first = found["verification"]
-    last = found["answers"]
+    first = states["verification"]
+    last = states["answers"]
     assert (first["now"], last["now"]) == ("verification runs", "the answers")
     assert (first["recorded"], last["recorded"], last["done"], last["total"]) == (9, 13, 14, 14)
-    ran = json.loads((out / "study.json").read_text(encoding="utf-8"))["ran"]
-    assert last["rate"] == pytest.approx(13 / ran, rel=1e-9)
-    told = lines({**last, "alive": True, "state": "running"})
-    assert told[1:3] == ["14 of 14 runs done, 0 failed", "now: the answers"]
-    assert "left" not in told[3]
-    assert "on average" in told[3]
+    seconds = json.loads((out / "study.json").read_text(encoding="utf-8"))["ran"]
+    assert last["rate"] == pytest.approx(13 / seconds, rel=1e-9)
+    report = lines({**last, "alive": True, "state": "running"})
+    assert report[1:3] == ["14 of 14 runs done, 0 failed", "now: the answers"]
+    assert "left" not in report[3]
+    assert "on average" in report[3]
     assert state_of(out)["now"] is None
 
 
 def test_status_promises_no_number_that_is_not_known(file, tmp_path, monkeypatch):
     file.write_text(STUDY_WITHOUT_STEP.replace("FOLDER", str(tmp_path)), encoding="utf-8")
     out = tmp_path / "out"
-    found = []
+    states = []
     write = StudyFolder.write
 
-    def written(self, content):
+    def write_and_read(self, content):
         write(self, content)
-        found.append(state_of(out))
+        states.append(state_of(out))
 
-    monkeypatch.setattr(StudyFolder, "write", written)
+    monkeypatch.setattr(StudyFolder, "write", write_and_read)
     call("run", file, "-o", out, "--verify", 0)
-    assert not any(one["left"] for one in found)
-    running = [lines(one) for one in found if one["state"] == "running" and one["each"]]
+    assert not any(state["left"] for state in states)
+    running = [lines(state) for state in states if state["state"] == "running" and state["each"]]
     assert running[0][1] == "0 runs done (at most 201 with the same step and elements), 0 failed"
-    assert any("now: finer step" in told for told in running)
-    assert any("now: the first runs (step 0.1)" in told for told in running)
+    assert any("now: finer step" in report for report in running)
+    assert any("now: the first runs (step 0.1)" in report for report in running)
     assert state_of(out)["total"] > 0
 
 
 def test_what_serves_is_used_and_other_studies_are_refused(file, tmp_path):
     out = tmp_path / "out"
     call("run", file, "-o", out, "--verify", 0)
-    made = runs_made(file)
-    told = call("run", file, "-o", out, "--verify", 0, "--sigmas", 2)
-    assert "has 9 recorded runs; matching runs are reused" in told
+    run_count = runs_made(file)
+    output = call("run", file, "-o", out, "--verify", 0, "--sigmas", 2)
+    assert "has 9 recorded runs; matching runs are reused" in output
     assert bands(out).attrs["sigmas"] == 2
-    assert runs_made(file) == made + 2
+    assert runs_made(file) == run_count + 2
     text = file.read_text(encoding="utf-8").replace("Normal(1.0, 0.1)", "Normal(1.0, 0.2)")
     file.write_text(text, encoding="utf-8")
     call("run", file, "-o", out, "--verify", 0)  # other limits
     assert bands(out).attrs["inputs"].endswith("Normal(mean=1.0, std=0.2)")
     file.write_text(text.replace("a + b", "2 * a + b"), encoding="utf-8")
     before = (out / "study.json").read_bytes()
-    refused = call("run", file, "-o", out, status=1)
-    assert "has runs of another response: the code or the data of the response changed" in refused
-    assert "--allow-mismatch" in refused
-    assert "--replace" in refused
+    refusal = call("run", file, "-o", out, status=1)
+    assert "has runs of another response: the code or the data of the response changed" in refusal
+    assert "--allow-mismatch" in refusal
+    assert "--replace" in refusal
     assert (out / "study.json").read_bytes() == before
     assert "are deleted" in call("run", file, "-o", out, "--verify", 0, "--replace")
     assert float(bands(out)["mean"].sel(bound="upper")) == pytest.approx(5.0 + 0.04, abs=1e-12)
@@ -162,19 +162,19 @@ def test_a_refusal_leaves_the_folder_to_its_study(file, tmp_path, command_line):
     if command_line:
         call("run", file, "-o", out, "--verify", 0)
     else:  # in Python, without study.json
-        own = load_study(file)
-        fb.propagate(own.response, own.inputs, own.method, store=out)
+        study = load_study(file)
+        fb.propagate(study.response, study.inputs, study.method, store=out)
     text = file.read_text(encoding="utf-8").replace("def one(a, b)", "def one(a, c)")
     text = text.replace('"b": fb', '"c": fb').replace("b * b", "a * c").replace("{b!r}", "{c!r}")
     other.write_text(text, encoding="utf-8")
     before = content(out)
-    told = call("run", other, "-o", out, "--allow-mismatch", status=1)
-    assert "inputs: 'a, b' before, 'a, c' now" in told
+    output = call("run", other, "-o", out, "--allow-mismatch", status=1)
+    assert "inputs: 'a, b' before, 'a, c' now" in output
     assert content(out) == before
-    made = runs_made(file)
+    run_count = runs_made(file)
     call("run", file, "-o", out, "--verify", 0)
     call("resume", out)
-    assert runs_made(file) <= made + 2
+    assert runs_made(file) <= run_count + 2
 
 
 def test_a_response_that_failed_at_once_can_be_mended(file, tmp_path):
@@ -206,24 +206,24 @@ def test_results_of_another_study_are_replaced_only_if_asked(file, tmp_path, mon
     plain = ["run", "--verify", 0, "--no-store"]
     out = tmp_path / "out"
 
-    def refused(study, *commands):
+    def refuse(study, *commands):
         before = content(out)
-        for one in commands:
-            told = call(*one, file, "-o", out, status=1)
-            assert f"{out} has results of another study, {study}. Take another folder" in told
+        for command in commands:
+            output = call(*command, file, "-o", out, status=1)
+            assert f"{out} has results of another study, {study}. Take another folder" in output
         assert content(out) == before
 
     call(*compare, other, "-o", out)
-    refused(other, compare, plain, ["run"], ["run", "--allow-mismatch"])
+    refuse(other, compare, plain, ["run"], ["run", "--allow-mismatch"])
     call(*plain, file, "-o", out, "--replace")
     call(*plain, other, "-o", out, "--replace")
-    refused(other, compare, plain, ["run"])
+    refuse(other, compare, plain, ["run"])
     call("run", renamed, "-o", out, "--verify", 0)  # the same response
-    refused(renamed, compare, [*compare, "--replace"], plain, ["run"])
+    refuse(renamed, compare, [*compare, "--replace"], plain, ["run"])
     (out / "results.json").write_text("{", encoding="utf-8")  # damaged: study.json tells it too
-    refused(renamed, compare)
+    refuse(renamed, compare)
     (out / "study.json").write_text("{", encoding="utf-8")
-    refused("a study that is not known", ["run"])
+    refuse("a study that is not known", ["run"])
     assert "are deleted" in call("run", file, "-o", out, "--verify", 0, "--replace")
 
 
@@ -237,17 +237,17 @@ def test_failed_runs_are_listed_and_made_again(file, tmp_path):
     (failure,) = state["failures"]
     assert failure["inputs"]["b"] > 1
     assert "ValueError: too much of b" in failure["reason"]
-    told = call("status", out)
+    output = call("status", out)
     for text in ("failed: run ", "b = 1.", "too much of b", f"`flexband resume {out}` goes on if"):
-        assert text in told
-    assert f"{state['recorded']} runs done and recorded, 1 failed" in told
+        assert text in output
+    assert f"{state['recorded']} runs done and recorded, 1 failed" in output
     assert json.loads(CliRunner().invoke(app, ["status", str(out), "--json"]).stdout) == state
     file.with_name("broken").unlink()
-    made = runs_made(file)
-    told = call("resume", out, "--retry-failed")
-    assert "1 failed run is made again" in told
+    run_count = runs_made(file)
+    output = call("resume", out, "--retry-failed")
+    assert "1 failed run is made again" in output
     assert state_of(out)["failed"] == 0
-    assert runs_made(file) < made + 9 + 1 + 16
+    assert runs_made(file) < run_count + 9 + 1 + 16
 
 
 def test_a_result_whose_verification_fails_is_told_but_doubted(file, tmp_path):
@@ -256,21 +256,21 @@ def test_a_result_whose_verification_fails_is_told_but_doubted(file, tmp_path):
         "return a +", "if len(LOG.read_text().split()) > 20: raise KeyError('worn')\n    return a +"
     )
     file.write_text(text, encoding="utf-8")
-    told = call("run", file, "-o", out, "--verify", 4, status=3)
-    assert "remark: the result is not verified: the response raised KeyError: 'worn'" in told
-    assert "sum: improved PCCI (2, 2), 10 runs" in told
+    output = call("run", file, "-o", out, "--verify", 4, status=3)
+    assert "remark: the result is not verified: the response raised KeyError: 'worn'" in output
+    assert "sum: improved PCCI (2, 2), 10 runs" in output
     state = state_of(out)
     assert (state["state"], state["done"], state["total"]) == ("finished", 10, 14)
     assert state["doubts"] == ["the verification runs failed"]
     options = ["--verify", 4, "--failed", "skip"]
     file.write_text(text.replace("> 20", "== 24"), encoding="utf-8")
     file.with_name("log").unlink()
-    told = call("run", file, "-o", tmp_path / "other", *options)
-    assert "3 verification runs (1 more failed, and what fails is rarely random)" in told
-    assert "verification runs: 4 of 4 runs" in told
+    output = call("run", file, "-o", tmp_path / "other", *options)
+    assert "3 verification runs (1 more failed, and what fails is rarely random)" in output
+    assert "verification runs: 4 of 4 runs" in output
 
 
-def started(file, *arguments):
+def start_command(file, *arguments):
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     return subprocess.Popen(
         [sys.executable, "-m", "flexband", *map(str, arguments)],
@@ -278,9 +278,9 @@ def started(file, *arguments):
     )  # fmt: skip
 
 
-def wait_until(happened, seconds=60.0):
+def wait_until(condition, seconds=60.0):
     end = time.monotonic() + seconds
-    while not happened():
+    while not condition():
         assert time.monotonic() < end
         time.sleep(0.05)
 
@@ -290,13 +290,13 @@ def test_a_study_that_is_stopped_goes_on(file, tmp_path):
     out = tmp_path / "out"
     log = file.with_name("log")
     file.write_text(STUDY.replace("PAUSE", "0.25"), encoding="utf-8")
-    with started(file, "run", file, "-o", "out", "--verify", 0) as process:
+    with start_command(file, "run", file, "-o", "out", "--verify", 0) as process:
         wait_until(lambda: log.exists() and runs_made(file) > 0)
         state = state_of(out)
         assert (state["state"], state["alive"], state["total"]) == ("running", True, 10)
         assert state["rate"] is None or state["left"] >= 0
-        refused = call("run", file, "-o", out, status=1)
-        assert f"in use by process {process.pid} on" in refused
+        refusal = call("run", file, "-o", out, status=1)
+        assert f"in use by process {process.pid} on" in refusal
         process.send_signal(signal.SIGINT)
         output, errors = process.communicate(timeout=30)
         assert process.returncode == 130
@@ -307,9 +307,9 @@ def test_a_study_that_is_stopped_goes_on(file, tmp_path):
     state = state_of(out)
     assert (state["state"], state["alive"]) == ("stopped", False)
     assert state["reason"] == "Ctrl-C"
-    made = runs_made(file)
-    with started(file, "resume", out) as process:
-        wait_until(lambda: runs_made(file) > made + 1)
+    run_count = runs_made(file)
+    with start_command(file, "resume", out) as process:
+        wait_until(lambda: runs_made(file) > run_count + 1)
         process.kill()
         process.communicate()
     state = state_of(out)
@@ -318,15 +318,15 @@ def test_a_study_that_is_stopped_goes_on(file, tmp_path):
     points = log.read_text(encoding="utf-8").splitlines()
     assert len(set(points)) == 9
     assert len(points) <= 9 + 2 + 2 + 2  # in flight, and made again to confirm
-    alone = fb.propagate(lambda a, b: a + b * b, {"a": fb.Interval(1.0, 2.0),
+    expected = fb.propagate(lambda a, b: a + b * b, {"a": fb.Interval(1.0, 2.0),
                          "b": fb.Normal(1.0, 0.1)}, fb.ImprovedPCCI(2, 2))  # fmt: skip
-    np.testing.assert_array_equal(bands(out)["error_bar"], alone["error_bar"])
+    np.testing.assert_array_equal(bands(out)["error_bar"], expected["error_bar"])
 
 
 def test_a_clock_that_goes_backwards_shows_no_negative_time(tmp_path):
-    about = {"state": "running", "done": 5, "total": 3, "elapsed": -4.0, "process": "process 1"}
+    record = {"state": "running", "done": 5, "total": 3, "elapsed": -4.0, "process": "process 1"}
     (tmp_path / "runs.zarr").mkdir()
-    StudyFolder(tmp_path).write(about)
+    StudyFolder(tmp_path).write(record)
     state = state_of(tmp_path)
     assert state["elapsed"] == 0
     assert "-" not in " ".join(lines({**state, "folder": "out", "state": "running", "left": -1.0}))
@@ -389,8 +389,8 @@ def test_a_run_that_failed_and_succeeded_later_is_not_counted_as_failed(file, tm
 def test_a_study_that_is_killed_before_its_first_run_goes_on(file, tmp_path):
     out = tmp_path / "out"
     command = [sys.executable, "-c", KILLED, str(file), str(out)]
-    killed = subprocess.run(command, capture_output=True, check=False)
-    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    process = subprocess.run(command, capture_output=True, check=False)
+    assert process.returncode == -signal.SIGKILL, process.stderr
     assert (out / "runs.zarr").exists()
     assert not file.with_name("log").exists()
     assert f"`flexband resume {out}` goes on" in call("status", out)
@@ -401,12 +401,12 @@ def test_a_study_that_is_killed_before_its_first_run_goes_on(file, tmp_path):
 def test_a_store_without_a_study_tells_how_to_go_on(file, tmp_path):
     out = tmp_path / "out"
     call("run", file, "-o", out)
-    made = runs_made(file)
+    run_count = runs_made(file)
     (out / "study.json").unlink()
     assert "`flexband run` with the study's file and this folder goes on" in call("status", out)
     assert "uses the runs that are there" in call("resume", out, status=1)
     call("run", file, "-o", out)
-    assert runs_made(file) == made + 2  # those that every session makes again
+    assert runs_made(file) == run_count + 2  # those that every session makes again
 
 
 def test_a_study_that_fails_before_its_first_run_leaves_no_study(file, tmp_path):
@@ -447,10 +447,10 @@ def test_runs_in_processes_that_fail_are_left_out(file, tmp_path):
     file.write_text(f"import sys\n{text}", encoding="utf-8")
     options = ["--executor", "processes:1", "--failed", "skip", "--time-limit", 20]
     method = ["--method", "monte-carlo", "--samples", 100, "--points", 2]
-    told = call("run", file, "-o", tmp_path / "out", *method, *options)
+    output = call("run", file, "-o", tmp_path / "out", *method, *options)
     assert 0 < state_of(tmp_path / "out")["failed"] < 10
     assert "called sys.exit(0)" in call("status", tmp_path / "out")
-    assert "of 201 runs failed and were left out" in told
+    assert "of 201 runs failed and were left out" in output
 
 
 def test_a_study_that_exits_has_not_succeeded(file, tmp_path):
@@ -502,7 +502,7 @@ def test_runs_of_a_coarse_trial_are_not_counted_as_failed(tmp_path):
     state = state_of(out)
     assert state["failed"] == 0
     assert state["replaced"] == len(state["failures"]) > 0
-    told = call("status", out)
-    assert ", 0 failed" in told
-    assert f"{state['replaced']} more failed on a coarse discretization" in told
-    assert "failed: run" not in told
+    output = call("status", out)
+    assert ", 0 failed" in output
+    assert f"{state['replaced']} more failed on a coarse discretization" in output
+    assert "failed: run" not in output

@@ -31,16 +31,16 @@ def run(folder, status=0, **parts):
 
 def test_a_study_tells_whether_its_limits_are_kept(tmp_path):
     # the highest μ + 3σ is 2.3
-    told = run(tmp_path, limits="fb.Limit(below=2.5)")
-    assert told.index("PASS response below 2.5: kept with a margin of 0.2 (") < told.index(
+    output = run(tmp_path, limits="fb.Limit(below=2.5)")
+    assert output.index("PASS response below 2.5: kept with a margin of 0.2 (") < output.index(
         "Report:"
     )
-    assert "(worst tolerances, 3σ)" in told
-    again = run(tmp_path, 5, limits="[fb.Limit(below=2.2)]")  # another study, with the same runs
-    assert "FAIL response below 2.2: exceeded by 0.1 (" in again
-    assert "mostly due to" in again
-    with xr.open_dataset(tmp_path / "out" / "probability.nc") as found:
-        (probability,) = found["probability"].sel(bound="upper").values
+    assert "(worst tolerances, 3σ)" in output
+    second = run(tmp_path, 5, limits="[fb.Limit(below=2.2)]")  # another study, with the same runs
+    assert "FAIL response below 2.2: exceeded by 0.1 (" in second
+    assert "mostly due to" in second
+    with xr.open_dataset(tmp_path / "out" / "probability.nc") as dataset:
+        (probability,) = dataset["probability"].sel(bound="upper").values
     assert probability == pytest.approx(0.02275, rel=0.1)  # that of 2σ
     assert "has this result already" in run(tmp_path, 5, limits="fb.Limit(below=2.2)")
 
@@ -52,8 +52,8 @@ def test_results_are_there_although_limits_cannot_be_checked(tmp_path):
     assert (tmp_path / "out" / "bands.nc").exists()
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert f"<b>UNDECIDED</b> {line}" in page
-    assert "has this result already" in (again := run(tmp_path, 3, **parts))
-    assert f"UNDECIDED {line}" in again
+    assert "has this result already" in (second := run(tmp_path, 3, **parts))
+    assert f"UNDECIDED {line}" in second
 
 
 @pytest.mark.parametrize("method", ["AdaptivePCCI()", "LHSScanning(40, 30)"])
@@ -84,22 +84,24 @@ def test_what_is_no_limit_is_refused(limits):
 
 def test_what_new_runs_find_to_be_wrong_is_doubted(tmp_path):
     """Without orders the surrogate is a constant, whose error bar has no width."""
-    told = run(tmp_path, 3, limits="fb.Limit(below=2.5)", method="PCCI(0, 0)")
-    assert "verification runs find an error of more than 1000 % of the band's width" in told
-    assert "UNDECIDED response below 2.5: probably kept with a margin of 1" in told
-    assert "Estimated accuracy: ± more than 1000 % of the band's width" in told
-    assert "No probability: the method does not trust its result" in told
-    assert re.search(r"result\. The largest value in \d+ runs is 2(\.\d+)? \(limit 2\.5\)\.", told)
-    asked = CliRunner().invoke(app, ["limits", str(tmp_path / "out")])
-    assert "Not reliable: the response (100 % of its variation" in " ".join(asked.output.split())
+    output = run(tmp_path, 3, limits="fb.Limit(below=2.5)", method="PCCI(0, 0)")
+    assert "verification runs find an error of more than 1000 % of the band's width" in output
+    assert "UNDECIDED response below 2.5: probably kept with a margin of 1" in output
+    assert "Estimated accuracy: ± more than 1000 % of the band's width" in output
+    assert "No probability: the method does not trust its result" in output
+    assert re.search(
+        r"result\. The largest value in \d+ runs is 2(\.\d+)? \(limit 2\.5\)\.", output
+    )
+    answer = CliRunner().invoke(app, ["limits", str(tmp_path / "out")])
+    assert "Not reliable: the response (100 % of its variation" in " ".join(answer.output.split())
 
 
 def test_remarks_on_inputs_are_printed_by_the_run_alone(tmp_path):
     text = STUDY.format(method="PCCI(1, 1)", limits="fb.Limit(below=99.0)")
     file = tmp_path / "study.py"
     file.write_text(text.replace("Normal(0.0, 0.1)", "Normal(1.0, cv=5.0)"), encoding="utf-8")
-    said = [
+    outputs = [
         CliRunner().invoke(app, [*words, str(tmp_path / "out")]).output
         for words in (["run", str(file), "--verify", "0", "-o"], ["limits", "--trust"])
     ]
-    assert ["is it in per" in " ".join(text.split()) for text in said] == [True, False]
+    assert ["is it in per" in " ".join(text.split()) for text in outputs] == [True, False]

@@ -49,8 +49,8 @@ def test_public_methods_have_defaults():
 
 
 def test_options_that_are_none_are_kept():
-    changed = with_options(TwoStageLHS(5), {"share": 0.5, "runs": None, "mirrored": True})
-    assert changed == TwoStageLHS(5, 0.5, True)
+    method = with_options(TwoStageLHS(5), {"share": 0.5, "runs": None, "mirrored": True})
+    assert method == TwoStageLHS(5, 0.5, True)
     with pytest.raises(
         fb.errors.InputError, match=r"options of two-stage LHS are --runs, .*; got --seed"
     ):
@@ -61,10 +61,10 @@ def test_a_method_may_be_no_dataclass():
     class Plain:
         name = "plain"
 
-    plain = Plain()
-    assert with_options(plain, {"seed": None}) is plain
+    method = Plain()
+    assert with_options(method, {"seed": None}) is method
     with pytest.raises(fb.errors.InputError, match="options of plain are none; got --seed"):
-        with_options(plain, {"seed": 1})
+        with_options(method, {"seed": 1})
 
 
 def test_commands_know_all_public_methods():

@@ -36,36 +36,38 @@ def call(*arguments, status=0):
     return " ".join(result.output.split())
 
 
-def asked(out):
+def read_points(out):
     with (out / "points.csv").open(encoding="utf-8") as file:
         return list(csv.DictReader(file))
 
 
 def answer(out, to):
     """Run the model at the points, as somebody else would: from the file alone."""
-    rows = asked(out)
+    rows = read_points(out)
     a, b = (np.array([float(row[name]) for row in rows]) for name in "ab")
     values = model(a, b, [row["oil"] for row in rows])
     if to.suffix == ".nc":
-        turned = values.rename(sample="point").isel(output=[1, 0]).transpose("point", ...)
+        by_point = values.rename(sample="point").isel(output=[1, 0]).transpose("point", ...)
         numbers = "point", [int(row["number"]) for row in rows]
-        xr.Dataset({"outputs": turned, "number": numbers}).to_netcdf(to, engine="scipy")
+        xr.Dataset({"outputs": by_point, "number": numbers}).to_netcdf(to, engine="scipy")
         return
     header = [f"{name}[time={t!r}]" for name in "uv" for t in TIMES]
     with to.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(["b", *header, "number"])
-        for row, own in reversed(
+        for row, row_values in reversed(
             list(zip(rows, values.values.reshape(len(rows), -1), strict=True))
         ):
-            writer.writerow([f"{float(row['b']):.15g}", *map(repr, own.tolist()), row["number"]])
+            writer.writerow(
+                [f"{float(row['b']):.15g}", *map(repr, row_values.tolist()), row["number"]]
+            )
 
 
 @pytest.fixture
 def file(tmp_path):
-    found = tmp_path / "wear.py"
-    found.write_text(STUDY, encoding="utf-8")
-    return found
+    path = tmp_path / "wear.py"
+    path.write_text(STUDY, encoding="utf-8")
+    return path
 
 
 def test_round_by_round_until_the_method_has_converged(file, tmp_path):
@@ -78,7 +80,7 @@ def test_round_by_round_until_the_method_has_converged(file, tmp_path):
         rounds += 1
         results = tmp_path / ("results.nc" if rounds % 2 else "results.csv")
         answer(out, results)
-        assert f"{are(len(asked(out)), 'run')} recorded, 0 of" in call(
+        assert f"{are(len(read_points(out)), 'run')} recorded, 0 of" in call(
             "import-results", out, results
         )
     assert result.exit_code == 0, result.output
@@ -98,11 +100,11 @@ def test_results_that_do_not_fit_are_refused(file, tmp_path):
     assert "points are to be run" in call("export-points", file, "-o", out, status=4)
     assert "waiting" in call("status", out)
     answer(out, results)
-    good = results.read_text(encoding="utf-8")
-    header, *lines = good.splitlines()
+    content = results.read_text(encoding="utf-8")
+    header, *lines = content.splitlines()
     cells = lines[0].split(",")
     cases = {
-        "must have the columns number and u[time=0.0]": good.replace("u[time=0.0]", "w"),
+        "must have the columns number and u[time=0.0]": content.replace("u[time=0.0]", "w"),
         "number must be that of": "\n".join([header, ",".join([*cells[:-1], "999"])]),
         "b must be ": "\n".join([header, ",".join(["5.0", *cells[1:]])]),
         "is there twice": "\n".join([header, lines[0], lines[0]]),
@@ -122,29 +124,27 @@ def test_results_that_do_not_fit_are_refused(file, tmp_path):
         [header, ",".join([cells[0], *[""] * (len(cells) - 2), cells[-1]]), *lines[1:]]
     )
     results.write_text(text, encoding="utf-8")
-    told = call("import-results", out, results)
-    assert "1 of" in told
-    again = call("import-results", out, results)
-    assert "0 runs are recorded" in again
+    output = call("import-results", out, results)
+    assert "1 of" in output
+    second = call("import-results", out, results)
+    assert "0 runs are recorded" in second
     assert "results.csv has no values for it" in call("status", out)
     call("export-points", file, "-o", out, status=4)
-    assert asked(out)[0]["number"] == cells[-1]  # it keeps its number
+    assert read_points(out)[0]["number"] == cells[-1]  # it keeps its number
 
 
 def test_points_need_a_response_elsewhere(file, tmp_path):
     file.write_text(STUDY.replace("response, inputs", "lambda a, b, oil: a, inputs"))
-    told = call("export-points", file, "-o", tmp_path / "out", status=1)
-    assert "the response must be one that is run elsewhere" in told
+    output = call("export-points", file, "-o", tmp_path / "out", status=1)
+    assert "the response must be one that is run elsewhere" in output
     wrong = [((), {}), (("a b",), {}), (("a", "a"), {}), (("a",), {"outputs": "u"}),
              (("a",), {"times": [1, 0]})]  # fmt: skip
     for names, options in wrong:
         with pytest.raises(fb.errors.InputError):
             fb.models.elsewhere(*names, **options)
-    with pytest.raises(
-        fb.errors.RunsNeeded, match="2 runs of a must come from elsewhere"
-    ) as needed:
+    with pytest.raises(fb.errors.RunsNeeded, match="2 runs of a must come from elsewhere") as error:
         fb.propagate(fb.models.elsewhere("a"), {"a": fb.Interval(0.0, 1.0)}, fb.PCCI(0, 1))
-    assert needed.value.points.shape == (2, 1)
+    assert error.value.points.shape == (2, 1)
 
 
 DECAY = """
@@ -167,8 +167,8 @@ def test_runs_are_exported(tmp_path, monkeypatch):
     file.write_text(DECAY, encoding="utf-8")
     call("run", file, "-o", out, "--failed", "skip", status=3)  # above 5 % failed
     assert "32 runs" in call("export", out, "--to", tmp_path / "runs.csv")
-    with (tmp_path / "runs.csv").open(encoding="utf-8") as opened:
-        rows = list(csv.DictReader(opened))
+    with (tmp_path / "runs.csv").open(encoding="utf-8") as file_of_runs:
+        rows = list(csv.DictReader(file_of_runs))
     names = ["run", "status", "reason", "setting", "seconds", "finished", "a", "k"]
     assert list(rows[0]) == [*names, "u[time=0.0]", "u[time=0.5]"]
     assert sorted({row["status"] for row in rows}) == ["done", "failed"]
@@ -186,8 +186,8 @@ def test_runs_are_exported(tmp_path, monkeypatch):
         np.testing.assert_array_equal(
             runs["outputs"][:, 0, 1].fillna(0.0), [float(r["u[time=0.5]"] or 0) for r in rows]
         )
-    wrong = call("export", out, "--to", tmp_path / "runs.xls", status=2)
-    assert "--to must be a file whose name ends with .nc, .csv, .parquet" in wrong
+    refusal = call("export", out, "--to", tmp_path / "runs.xls", status=2)
+    assert "--to must be a file whose name ends with .nc, .csv, .parquet" in refusal
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     missing = call("export", out, "--to", tmp_path / "runs.parquet", status=1)
     assert "requires pyarrow: pip install 'flexband[parquet]'" in missing

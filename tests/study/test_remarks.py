@@ -50,12 +50,12 @@ def test_a_strain_is_kept_with_its_run_and_undecides_a_verdict(tmp_path, executo
     out = tmp_path / "out"
     file.write_text(ROD, encoding="utf-8")
     line = "'rod' is stretched by 3"
-    said = [run("run", file, "-o", out, *executor, status=3)]
-    said.append(run("run", file, "-o", out, *executor, status=3))
-    said.append(run("resume", out, "--trust", status=3))
-    assert all("UNDECIDED reach (below 2): probably kept with a margin" in text for text in said)
-    assert all(line in text and "runs, the worst with force = 1" in text for text in said)
-    assert "has this result already" in said[2]
+    output = [run("run", file, "-o", out, *executor, status=3)]
+    output.append(run("run", file, "-o", out, *executor, status=3))
+    output.append(run("resume", out, "--trust", status=3))
+    assert all("UNDECIDED reach (below 2): probably kept with a margin" in text for text in output)
+    assert all(line in text and "runs, the worst with force = 1" in text for text in output)
+    assert "has this result already" in output[2]
     assert line in run("report", out, status=0)
     assert line in run("limits", out, "--trust", status=3)
     for name in ("bands", "limits", "contributions", "verification"):
@@ -77,8 +77,8 @@ def test_runs_that_are_read_from_a_store_keep_their_remarks(tmp_path):
     study = namespace["study"]
     with pytest.warns(fb.errors.StrainWarning):
         first = study.run(store=tmp_path)
-    again = study.run(store=tmp_path)
-    assert remarks_of(first.attrs) == remarks_of(again.attrs) != ()
+    second = study.run(store=tmp_path)
+    assert remarks_of(first.attrs) == remarks_of(second.attrs) != ()
     assert fb.execution.open_runs(tmp_path).sizes["run"] == 4
 
 
@@ -108,10 +108,10 @@ def test_shared_reactions_put_only_themselves_in_doubt(tmp_path):
     file = tmp_path / "door.py"
     out = tmp_path / "out"
     file.write_text(SHARED, encoding="utf-8")
-    said = run("run", file, "-o", out, status=3)
-    assert "UNDECIDED load (below 9): probably kept" in said
-    assert "PASS turn (below 9): kept" in said
-    assert "but what sensor 'top' measures is one choice of many" in said
+    output = run("run", file, "-o", out, status=3)
+    assert "UNDECIDED load (below 9): probably kept" in output
+    assert "PASS turn (below 9): kept" in output
+    assert "but what sensor 'top' measures is one choice of many" in output
 
 
 JUMP = """
@@ -144,12 +144,12 @@ def test_an_impulse_undecides_the_forces_that_it_is_in(tmp_path):
     file = tmp_path / "crank.py"
     out = tmp_path / "out"
     file.write_text(JUMP, encoding="utf-8")
-    said = run("run", file, "-o", out, status=3)
-    assert "PASS reach (below 2): kept" in said
-    assert "PASS pull (above -20): kept" in said
-    assert "UNDECIDED lift (below 90): probably kept" in said
-    assert "the speed of a prescribed motion jumps at t = 0.05 s" in said
-    assert "the worst with speed = 2)" in said
+    output = run("run", file, "-o", out, status=3)
+    assert "PASS reach (below 2): kept" in output
+    assert "PASS pull (above -20): kept" in output
+    assert "UNDECIDED lift (below 90): probably kept" in output
+    assert "the speed of a prescribed motion jumps at t = 0.05 s" in output
+    assert "the worst with speed = 2)" in output
 
 
 def response_with(remark):
@@ -186,23 +186,23 @@ def test_an_error_above_the_margin_or_an_unknown_one_undecides(
         verdicts = study.run_in(tmp_path).verdicts
     assert {verdict.name for verdict in verdicts if verdict.verdict == "UNDECIDED"} == undecided
     touched = {v.name for v in verdicts if v.remarks}
-    every = {"x", "y"} if kind.doubted is Doubted.ALL else set(outputs)
-    assert touched == every
-    again = study.run_in(tmp_path)
-    assert again.reused
-    assert [v.as_json() for v in again.verdicts] == [v.as_json() for v in verdicts]
+    doubtful = {"x", "y"} if kind.doubted is Doubted.ALL else set(outputs)
+    assert touched == doubtful
+    second = study.run_in(tmp_path)
+    assert second.reused
+    assert [v.as_json() for v in second.verdicts] == [v.as_json() for v in verdicts]
 
 
 def test_the_worst_of_a_topic_stands_for_it():
     def remark(size, part="a", runs=1):
         return CollectedRemark(Remark(RemarkKind.LARGE_STRAIN, f"{size}", size, part), runs)
 
-    several = [remark(0.2), remark(0.3, runs=2), remark(np.nan), remark(0.1, "b")]
-    worst = collected(several)
-    assert [(one.worst.text, one.runs) for one in worst] == [("0.3", 4), ("0.1", 1)]
-    assert collected(several[::-1])[1].worst.text == "0.3"
-    again = [CollectedRemark.from_json(one.as_json()) for one in worst]
-    assert [one.as_json() for one in again] == [one.as_json() for one in worst]
+    strains = [remark(0.2), remark(0.3, runs=2), remark(np.nan), remark(0.1, "b")]
+    worst = collected(strains)
+    assert [(group.worst.text, group.runs) for group in worst] == [("0.3", 4), ("0.1", 1)]
+    assert collected(strains[::-1])[1].worst.text == "0.3"
+    restored = [CollectedRemark.from_json(group.as_json()) for group in worst]
+    assert [group.as_json() for group in restored] == [group.as_json() for group in worst]
 
 
 def test_a_remark_on_a_whole_call_is_one_on_each_of_its_runs(tmp_path):
@@ -211,8 +211,8 @@ def test_a_remark_on_a_whole_call_is_one_on_each_of_its_runs(tmp_path):
     method = fb.PCCI(0, 2)
     with pytest.warns(fb.errors.FlexbandWarning, match="what is remarked"):
         bands = fb.propagate(response_with(remark), inputs, method, store=tmp_path)
-    (whole,) = remarks_of(bands.attrs)
-    assert whole.runs == bands.attrs["runs"] - bands.attrs["runs_repeated"] > 1
+    (of_call,) = remarks_of(bands.attrs)
+    assert of_call.runs == bands.attrs["runs"] - bands.attrs["runs_repeated"] > 1
 
 
 def test_an_error_of_the_step_that_the_bands_include_counts_once():
@@ -221,10 +221,10 @@ def test_an_error_of_the_step_that_the_bands_include_counts_once():
     with pytest.warns(fb.errors.FlexbandWarning, match="what is remarked"):
         surrogate = fb.expand(response_with(remark), {"a": fb.Interval(0, 1)}, fb.AdaptivePCCI())
     errors = surrogate.diagnostics["error_bar_expected_error"]
-    included = replace(
+    with_step_error = replace(
         surrogate,
         diagnostics=surrogate.diagnostics.assign(error_bar_discretization_error=errors),
     )
-    for case, error in ((surrogate, 0.5), (included, 0.0)):
-        (each,) = remarks_on(case)
-        assert each.worst.error == error
+    for case, error in ((surrogate, 0.5), (with_step_error, 0.0)):
+        (entry,) = remarks_on(case)
+        assert entry.worst.error == error

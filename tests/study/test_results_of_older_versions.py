@@ -20,14 +20,14 @@ OLDER = Path(__file__).parent / "results_of_ce872fc.zip"
 RESTORED = "`flexband run` restores it"
 
 
-def unpacked(archive, name, path):
+def unpack(archive, name, path):
     """Return the folder of a study in an archive, beside its file."""
-    with zipfile.ZipFile(archive) as opened:
-        opened.extractall(path)
+    with zipfile.ZipFile(archive) as container:
+        container.extractall(path)
     file = path / name / "study.json"
-    about = json.loads(file.read_text(encoding="utf-8"))
-    about["file"] = str(path / f"{name}.py")
-    file.write_text(json.dumps(about), encoding="utf-8")
+    record = json.loads(file.read_text(encoding="utf-8"))
+    record["file"] = str(path / f"{name}.py")
+    file.write_text(json.dumps(record), encoding="utf-8")
     return path / name
 
 
@@ -35,13 +35,13 @@ def unpacked(archive, name, path):
 def folder(tmp_path, monkeypatch):
     """The folder of a study, beside its file."""
     monkeypatch.chdir(tmp_path)
-    return unpacked(OLDER, "decay", tmp_path)
+    return unpack(OLDER, "decay", tmp_path)
 
 
 def call(*words, status=0):
-    done = CliRunner().invoke(app, [str(word) for word in words])
-    assert done.exit_code == status, done.output
-    return " ".join(done.output.split())
+    result = CliRunner().invoke(app, [str(word) for word in words])
+    assert result.exit_code == status, result.output
+    return " ".join(result.output.split())
 
 
 def test_surrogates_open(folder):
@@ -51,8 +51,8 @@ def test_surrogates_open(folder):
         with xr.open_dataset(folder.parent / data, engine="scipy") as bands:
             for name in ("mean", "error_bar"):
                 np.testing.assert_allclose(surrogate.bands(1.0)[name], bands[name], rtol=1e-6)
-    refused = call("contributions", folder.parent / "ringing.npz", status=1)
-    assert "computes runs and answers otherwise now" in refused
+    refusal = call("contributions", folder.parent / "ringing.npz", status=1)
+    assert "computes runs and answers otherwise now" in refusal
 
 
 def test_runs_open_and_are_used_once_that_is_asked_for(folder):
@@ -61,16 +61,16 @@ def test_runs_open_and_are_used_once_that_is_asked_for(folder):
     amplitude = runs["inputs"].sel(input="amplitude").values
     exact = amplitude[:, None] * np.exp(-rate[:, None] * np.linspace(0.0, 1.0, 11))
     np.testing.assert_allclose(runs["outputs"], exact, rtol=1e-12)
-    recorded = runs.sizes["run"]
-    assert recorded == 24
+    run_count = runs.sizes["run"]
+    assert run_count == 24
     for command in (("resume", folder), ("run", folder.with_name("decay.py"), "-o", folder)):
-        refused = call(*command, status=1)
-        assert "flexband's mechanics changed. Take another folder" in refused
-        assert "If its runs are valid still" in refused
-        assert "--allow-mismatch" in refused
+        refusal = call(*command, status=1)
+        assert "flexband's mechanics changed. Take another folder" in refusal
+        assert "If its runs are valid still" in refusal
+        assert "--allow-mismatch" in refusal
     assert "9 runs" in call("resume", folder, "--allow-mismatch")
     assert (
-        fb.execution.open_runs(folder).sizes["run"] <= recorded + 16 + 2
+        fb.execution.open_runs(folder).sizes["run"] <= run_count + 16 + 2
     )  # runs that verify, and repeated
     assert "Doubts" not in call("status", folder)
     assert "has this result already" in call("resume", folder)
@@ -93,7 +93,7 @@ AGAIN = "computes runs and answers otherwise now; `flexband run` computes them a
 def bob(tmp_path, monkeypatch):
     """The folder of a study with lower numbers, beside its file."""
     monkeypatch.chdir(tmp_path)
-    return unpacked(OUTDATED, "bob", tmp_path)
+    return unpack(OUTDATED, "bob", tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -103,32 +103,32 @@ def bob(tmp_path, monkeypatch):
 )
 def test_outdated_verdicts_are_not_shown(bob, command):
     name, *outputs = command
-    shown = call(name, bob, *outputs, status=1)
-    assert AGAIN in shown
-    assert "PASS" not in shown
+    output = call(name, bob, *outputs, status=1)
+    assert AGAIN in output
+    assert "PASS" not in output
 
 
 def test_status_says_that_results_are_outdated(bob):
-    shown = call("status", bob)
-    assert AGAIN in shown
-    assert "PASS" not in shown
+    output = call("status", bob)
+    assert AGAIN in output
+    assert "PASS" not in output
 
 
 def test_outdated_runs_are_not_used(bob):
-    refused = call("run", bob.with_name("bob.py"), "-o", bob, status=1)
-    assert "flexband's mechanics changed" in refused
-    assert "`flexband run --replace`" in refused
-    assert "PASS" not in refused
-    again = call("run", bob.with_name("bob.py"), "-o", bob, "--replace")
-    assert "PASS" in again
+    refusal = call("run", bob.with_name("bob.py"), "-o", bob, status=1)
+    assert "flexband's mechanics changed" in refusal
+    assert "`flexband run --replace`" in refusal
+    assert "PASS" not in refusal
+    second = call("run", bob.with_name("bob.py"), "-o", bob, "--replace")
+    assert "PASS" in second
     assert AGAIN not in call("status", bob)
 
 
 @pytest.mark.parametrize(("field", "word"), [("runs", "runs"), ("answers", "answers")])
 def test_a_number_that_rises_makes_results_outdated(bob, field, word, monkeypatch):
     call("run", bob.with_name("bob.py"), "-o", bob, "--replace")
-    raised = NUMBERING._replace(**{field: getattr(NUMBERING, field) + 1})
-    monkeypatch.setattr("flexband.basics.computation.NUMBERING", raised)
+    numbering = NUMBERING._replace(**{field: getattr(NUMBERING, field) + 1})
+    monkeypatch.setattr("flexband.basics.computation.NUMBERING", numbering)
     assert f"computes {word} otherwise now" in call("report", bob, status=1)
     with pytest.raises(InputError, match=f"computes {word} otherwise now"):
         fb.load_surrogate(bob / "surrogate.npz")

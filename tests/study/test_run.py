@@ -75,10 +75,10 @@ def test_a_result_without_its_limits_is_computed_again(file, tmp_path):
     for name in ("limits", "probability"):
         first = study.run_in(folder)
         (folder / f"{name}.nc").unlink()
-        again = study.run_in(folder)
-        assert not again.reused
-        xr.testing.assert_equal(again.limits.margins, first.limits.margins)
-        assert again.limits.probability is not None
+        second = study.run_in(folder)
+        assert not second.reused
+        xr.testing.assert_equal(second.limits.margins, first.limits.margins)
+        assert second.limits.probability is not None
     CliRunner().invoke(app, ["limits", str(folder), "--below", "response=9"])
     assert study.run_in(folder).reused  # limits of a question do not take their place
 
@@ -89,8 +89,8 @@ def test_a_damaged_study_json_is_written_again(file, tmp_path):
     first = study.run_in(folder)
     (folder / "study.json").write_text("{", encoding="utf-8")
     with pytest.warns(fb.errors.FlexbandWarning, match="cannot be read"):
-        again = study.run_in(folder)
-    xr.testing.assert_identical(again.bands, first.bands)
+        second = study.run_in(folder)
+    xr.testing.assert_identical(second.bands, first.bands)
     assert study.run_in(folder).reused
 
 
@@ -126,37 +126,39 @@ def test_what_is_said_of_a_result_that_is_read_is_the_same(carriers, tmp_path):
     second = study.run_in(tmp_path)
     assert second.reused
     assert np.size(first.bands.attrs["carrier_frequencies"]) == carriers
-    for said in (tables.remarks, tables.summary_table):
-        assert said(second.bands, second.verification) == said(first.bands, first.verification)
+    for text_of in (tables.remarks, tables.summary_table):
+        assert text_of(second.bands, second.verification) == text_of(
+            first.bands, first.verification
+        )
     assert answer_of(study, second) == answer_of(study, first)
 
 
 def test_the_command_line_shows_the_result_of_a_program(file, tmp_path):
     folder = tmp_path / "out"
     result = load_study(file).run_in(folder)
-    shown = CliRunner().invoke(app, ["run", str(file), "--output", str(folder)])
-    assert shown.exit_code == 0, shown.output
-    text = " ".join(shown.output.split())
+    invocation = CliRunner().invoke(app, ["run", str(file), "--output", str(folder)])
+    assert invocation.exit_code == 0, invocation.output
+    text = " ".join(invocation.output.split())
     assert "no run was made" in text
     assert f"AdaptivePCCI, {result.runs} runs" in text or f"{result.runs} runs" in text
     assert "PASS response below 4: kept with a margin of" in text
     assert (folder / "report.html").is_file()
-    refused = CliRunner().invoke(app, ["resume", str(folder)])
-    assert "a Python program runs the study" in " ".join(refused.output.split())
+    refusal = CliRunner().invoke(app, ["resume", str(folder)])
+    assert "a Python program runs the study" in " ".join(refusal.output.split())
 
 
 def test_a_study_that_was_stopped_goes_on(file, tmp_path):
     unbroken = load_study(file)
     study = load_study(file)
     complete = unbroken.run_in(tmp_path / "complete")
-    broken = file.with_name("broken.py")
-    broken.write_text(STUDY.replace("STOP", "3"), encoding="utf-8")
+    stopping_file = file.with_name("broken.py")
+    stopping_file.write_text(STUDY.replace("STOP", "3"), encoding="utf-8")
     with pytest.raises(KeyboardInterrupt):
-        load_study(broken).run_in(tmp_path / "out")
-    resumed = study.run_in(tmp_path / "out", RunOptions(allow_mismatch=True))
-    made, all_runs = (sum(s.response.__globals__["CALLS"]) for s in (study, unbroken))
-    assert made < all_runs
-    xr.testing.assert_identical(resumed.bands, complete.bands)
+        load_study(stopping_file).run_in(tmp_path / "out")
+    continuation = study.run_in(tmp_path / "out", RunOptions(allow_mismatch=True))
+    run_count, all_runs = (sum(s.response.__globals__["CALLS"]) for s in (study, unbroken))
+    assert run_count < all_runs
+    xr.testing.assert_identical(continuation.bands, complete.bands)
 
 
 def test_options_of_a_run(file, tmp_path):
@@ -169,12 +171,12 @@ def test_options_of_a_run(file, tmp_path):
         study.run_in(folder, RunOptions(batch=0))
     with pytest.raises(fb.errors.InputError, match="options must be a"):
         study.run_in(folder, 5)
-    scanned = study.using(fb.methods.SobolScanning(16, 3))
+    scan = study.using(fb.methods.SobolScanning(16, 3))
     with pytest.raises(
         fb.errors.InputError, match="verification_runs requires a method with a surrogate"
     ):
-        scanned.run_in(tmp_path / "scanned", RunOptions(verification_runs=4))
-    assert scanned.run_in(tmp_path / "scanned").verification is None
+        scan.run_in(tmp_path / "scanned", RunOptions(verification_runs=4))
+    assert scan.run_in(tmp_path / "scanned").verification is None
     other = fb.Study(lambda a: a, {"a": fb.Interval(0.0, 1.0)}, fb.PCCI(0, 1))
     study.run_in(folder)
     with pytest.raises(fb.errors.StoreError, match="results of another study"):

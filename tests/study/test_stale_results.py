@@ -30,19 +30,19 @@ def test_answers_of_earlier_results_are_left_out_after_an_interrupt(tmp_path, mo
     assert call(*run).exit_code == 0
     assert call("distribution", out).exit_code == 0
 
-    def interrupted(*_, **__):
+    def interrupt(*_, **__):
         raise KeyboardInterrupt
 
     study.write_text(STUDY.format(upper=1.02), encoding="utf-8")
-    with monkeypatch.context() as patched:
-        patched.setattr("flexband.study.steps.verify", interrupted)
+    with monkeypatch.context() as patch:
+        patch.setattr("flexband.study.steps.verify", interrupt)
         assert call(*run).exit_code == 130
-    refused = call("report", out)  # new bands with what was said of the others
-    assert refused.exit_code == 1
-    assert "must have results of `flexband run`" in " ".join(refused.output.split())
-    told = call(*run)
-    assert told.exit_code == 0, told.output
-    assert "quantiles.nc, of an earlier run" in told.output.replace("\n", "")
+    refusal = call("report", out)  # new bands with what was said of the others
+    assert refusal.exit_code == 1
+    assert "must have results of `flexband run`" in " ".join(refusal.output.split())
+    result = call(*run)
+    assert result.exit_code == 0, result.output
+    assert "quantiles.nc, of an earlier run" in result.output.replace("\n", "")
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "Answers of earlier results are left out: quantiles" in page
 
@@ -54,14 +54,14 @@ def test_contributions_of_other_deviations_are_not_those_of_the_report(tmp_path)
     assert call("run", study, "--output", out).exit_code == 0
     before = (out / "report.html").read_bytes()
     assert call("contributions", out, "--sigmas", 9).exit_code == 0
-    with xr.open_dataset(out / "contributions.nc") as found:
-        assert found.attrs["sigmas"] == 9
+    with xr.open_dataset(out / "contributions.nc") as dataset:
+        assert dataset.attrs["sigmas"] == 9
     assert call("report", out).exit_code == 0
     assert (out / "report.html").read_bytes() == before
 
 
 def test_a_report_that_fails_does_not_lose_the_results(tmp_path, monkeypatch):
-    def broken(*_, **__):
+    def fail(*_, **__):
         raise ValueError("no charts today")
 
     study = tmp_path / "study.py"
@@ -69,10 +69,12 @@ def test_a_report_that_fails_does_not_lose_the_results(tmp_path, monkeypatch):
     study.write_text(STUDY.format(upper=1.1), encoding="utf-8")
     assert call("run", study, "--output", out).exit_code == 0
     study.write_text(STUDY.format(upper=1.02), encoding="utf-8")
-    monkeypatch.setattr("flexband.report.page.study.chart_data", broken)
-    told = call("run", study, "--output", out)
-    assert told.exit_code == 0, told.output
-    assert "the report is not written: ValueError: no charts today" in " ".join(told.output.split())
+    monkeypatch.setattr("flexband.report.page.study.chart_data", fail)
+    result = call("run", study, "--output", out)
+    assert result.exit_code == 0, result.output
+    assert "the report is not written: ValueError: no charts today" in " ".join(
+        result.output.split()
+    )
     assert (out / "bands.nc").exists()
     assert not (out / "report.html").exists()  # that of the bands before
 
@@ -94,7 +96,7 @@ study = fb.Study(response, {{"a": fb.Interval(0, 1)}}, fb.PCCI(0, 2))
 """,
         encoding="utf-8",
     )
-    told = call("run", study, "--output", tmp_path / "out")
-    assert told.exit_code == 0, told.output
-    assert "remark" not in told.output
+    result = call("run", study, "--output", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    assert "remark" not in result.output
     assert (tmp_path / "out" / "report.html").exists()

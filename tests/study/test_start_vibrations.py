@@ -44,7 +44,7 @@ def study(travel, **options):
     return fb.Study(response, {"tare": fb.Interval(-0.4, 0.4)}, fb.PCCI(0, 1))
 
 
-def found(case):
+def vibrations_of(case):
     surrogate = case.expand()
     bands = surrogate.bands()
     return vibrations(case, surrogate, bands), bands
@@ -52,11 +52,11 @@ def found(case):
 
 def test_a_drive_at_full_speed_is_named_with_its_frequency_and_share():
     """The load lags behind, as x = vt − v/ω sin ωt."""
-    (one,), bands = found(study(lambda t: SPEED * t))
+    (vibration,), bands = vibrations_of(study(lambda t: SPEED * t))
     width = np.ptp(bands["error_bar"].sel(output="load_X").values, axis=0).mean()
-    assert one.output == "load_X"
-    assert one.frequency == pytest.approx(OMEGA / (2 * np.pi), rel=0.01)
-    assert one.share == pytest.approx(SPEED / OMEGA / width, rel=0.05)
+    assert vibration.output == "load_X"
+    assert vibration.frequency == pytest.approx(OMEGA / (2 * np.pi), rel=0.01)
+    assert vibration.share == pytest.approx(SPEED / OMEGA / width, rel=0.05)
 
 
 @pytest.mark.parametrize(
@@ -67,15 +67,15 @@ def test_a_drive_at_full_speed_is_named_with_its_frequency_and_share():
     ],
 )
 def test_soft_starts_excite_none(travel, options):
-    assert not found(study(travel, **options))[0]
+    assert not vibrations_of(study(travel, **options))[0]
 
 
 def test_a_rest_that_is_not_taken_is_one_too():
     """The load leaves its place for where force and spring are in balance."""
     case = study(lambda t: 0.0 * t)
     case = fb.Study(case.response, {"tare": fb.Interval(1.0, 3.0)}, case.method)
-    (one,), _ = found(case)
-    assert one.frequency == pytest.approx(OMEGA / (2 * np.pi), rel=0.01)
+    (vibration,), _ = vibrations_of(case)
+    assert vibration.frequency == pytest.approx(OMEGA / (2 * np.pi), rel=0.01)
 
 
 def test_outputs_that_no_input_changes_have_none():
@@ -91,16 +91,16 @@ def test_outputs_that_no_input_changes_have_none():
 
 def test_models_without_a_start_have_none(tmp_path):
     case = fb.Study(lambda a: np.outer(a, [1.0, 2.0]), {"a": fb.Interval(0.0, 1.0)}, fb.PCCI(0, 1))
-    assert not found(case)[0]
+    assert not vibrations_of(case)[0]
 
 
 def test_bands_of_a_run_in_a_folder_have_it(tmp_path):
     case = study(lambda t: SPEED * t)
     result = case.run_in(tmp_path / "run", fb.RunOptions(verification_runs=0))
-    assert of_attributes(result.bands.attrs) == found(case)[0]
-    again = case.run_in(tmp_path / "run", fb.RunOptions(verification_runs=0))
-    assert again.reused
-    assert of_attributes(again.bands.attrs) == found(case)[0]
-    several = [StartVibration("a", 1.0, 2.0), StartVibration("b", 3.0, 0.5)]
-    assert of_attributes(attributes(several)) == several
+    assert of_attributes(result.bands.attrs) == vibrations_of(case)[0]
+    second = case.run_in(tmp_path / "run", fb.RunOptions(verification_runs=0))
+    assert second.reused
+    assert of_attributes(second.bands.attrs) == vibrations_of(case)[0]
+    pair = [StartVibration("a", 1.0, 2.0), StartVibration("b", 3.0, 0.5)]
+    assert of_attributes(attributes(pair)) == pair
     assert not of_attributes(attributes([]))

@@ -67,6 +67,7 @@ def test_the_parts_are_sampled_where_small_changes_grow_after_impacts(tmp_path):
     assert [verdict.verdict for verdict in result.verdicts] == [Verdict.FAIL, Verdict.PASS]
     assert result.verdicts[0].share[0] == float(parts["failing"][0])
     assert not parts["quantity_predictable"].any()
+    # What is said and shown of it: the sentences, the bands before the horizon, the table.
     line = horizon_line(parts)
     assert line.startswith("Impacts make the motion of a single part unpredictable: y after 2.")
     assert "292 sampled parts tell how peaks" in line
@@ -74,26 +75,26 @@ def test_the_parts_are_sampled_where_small_changes_grow_after_impacts(tmp_path):
     assert answer_of(study, result)[0] == line
     assert not remarks(study, result)
     assert predictable_part(result.bands, parts) is None
-    held = before_horizon(result.bands, "time", parts)["mean"].dropna("time")
-    assert held["time"].values == pytest.approx(TIME[parts["horizon_low"].item() >= TIME])
+    mean = before_horizon(result.bands, "time", parts)["mean"].dropna("time")
+    assert mean["time"].values == pytest.approx(TIME[parts["horizon_low"].item() >= TIME])
     assert chart_data(before_horizon(result.bands, "time", parts))["outputs"][0]["name"] == "y"
     assert [row[:2] for row in parts_table(parts)[1]] == [["largest y", "m"], ["smallest y", "m"]]
-    again = study_of(Colliding(), requirements=limits, scatter={"x": uniform}).run_in(tmp_path)
-    assert again.reused
-    xr.testing.assert_identical(again.parts, parts)
+    second = study_of(Colliding(), requirements=limits, scatter={"x": uniform}).run_in(tmp_path)
+    assert second.reused
+    xr.testing.assert_identical(second.parts, parts)
 
 
 def test_samples_of_a_killed_study_are_not_made_again(tmp_path):
-    whole = Colliding()
-    expected = study_of(whole).run_in(tmp_path / "whole").parts
-    killed = Colliding(runs=whole.made - 100)
+    complete = Colliding()
+    expected = study_of(complete).run_in(tmp_path / "whole").parts
+    first_part = Colliding(runs=complete.made - 100)
     options = RunOptions(batch=50)
     with pytest.raises(KeyboardInterrupt):
-        study_of(killed).run_in(tmp_path / "killed", options)
-    resumed = Colliding()
-    parts = study_of(resumed).run_in(tmp_path / "killed", options).parts
-    assert killed.made > whole.made - 200
-    assert resumed.made < 200
+        study_of(first_part).run_in(tmp_path / "killed", options)
+    second_part = Colliding()
+    parts = study_of(second_part).run_in(tmp_path / "killed", options).parts
+    assert first_part.made > complete.made - 200
+    assert second_part.made < 200
     xr.testing.assert_equal(parts, expected)
     assert "x: Uniform(lower=0.0, upper=3.0), assumed" in parts.attrs["scatter"]
 

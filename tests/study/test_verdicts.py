@@ -17,24 +17,24 @@ from flexband.requirements.verdict import Reason, Verdict
 from flexband.study.nominal import with_runs
 
 
-def least_of(verdict, margin, between, error, at_most=None):
+def least_of(verdict, margin, margin_between, error, at_most=None):
     at_most = margin if at_most is None else at_most
-    fields = {"margin": margin, "between": between, "at_most": at_most, "error": error}
+    fields = {"margin": margin, "between": margin_between, "at_most": at_most, "error": error}
     return SimpleNamespace(**fields, verdict=verdict)
 
 
 def verdict_of(
-    margin, between, error=0.1, run=np.nan, estimate="error_bar_expected_error", at_most=None
+    margin, margin_between, error=0.1, run=np.nan, estimate="error_bar_expected_error", at_most=None
 ):
-    kept = LimitVerdict.KEPT if min(margin, between) > 0 else LimitVerdict.NOT_KEPT
-    least = least_of(kept, margin, between, error, at_most)
+    limit_verdict = LimitVerdict.KEPT if min(margin, margin_between) > 0 else LimitVerdict.NOT_KEPT
+    least_margin = least_of(limit_verdict, margin, margin_between, error, at_most)
     limit = xr.Dataset({"run_margin": run})
     margins = xr.Dataset(attrs={"error": estimate})
-    return _by_margin(limit, least, margins, None)[:2]
+    return _by_margin(limit, least_margin, margins, None)[:2]
 
 
 @pytest.mark.parametrize(
-    ("margin", "between", "verdict", "reason"),
+    ("margin", "margin_between", "verdict", "reason"),
     [
         (0.5, 0.5, Verdict.PASS, Reason.MARGIN),
         (0.5, 0.05, Verdict.UNDECIDED, Reason.ERROR),
@@ -44,14 +44,16 @@ def verdict_of(
         (0.2, -0.5, Verdict.UNDECIDED, Reason.BETWEEN),  # the error is not that of such peaks
     ],
 )
-def test_a_margin_decides_where_it_exceeds_its_error(margin, between, verdict, reason):
-    assert verdict_of(margin, between) == (verdict, reason)
+def test_a_margin_decides_where_it_exceeds_its_error(margin, margin_between, verdict, reason):
+    assert verdict_of(margin, margin_between) == (verdict, reason)
 
 
-@pytest.mark.parametrize("kept", [LimitVerdict.NOT_KEPT, LimitVerdict.UNDECIDED])
-def test_bounds_left_only_between_times_say_so(kept):
-    least = least_of(kept, 0.0, -4e-7, 2e-15)
-    verdict = _by_margin(xr.Dataset(), least, xr.Dataset(attrs={"error": "truncation"}), None)
+@pytest.mark.parametrize("limit_verdict", [LimitVerdict.NOT_KEPT, LimitVerdict.UNDECIDED])
+def test_bounds_left_only_between_times_say_so(limit_verdict):
+    least_margin = least_of(limit_verdict, 0.0, -4e-7, 2e-15)
+    verdict = _by_margin(
+        xr.Dataset(), least_margin, xr.Dataset(attrs={"error": "truncation"}), None
+    )
     assert verdict[:2] == (Verdict.UNDECIDED, Reason.BETWEEN)
 
 
@@ -66,25 +68,25 @@ def test_a_run_beyond_the_bounds_decides_whatever_the_surrogate_says():
 
 
 @pytest.mark.parametrize(
-    ("missed", "recorded", "verdict", "reason"),
+    ("misses_tolerance", "run_margin", "verdict", "reason"),
     [
         (True, 0.01, Verdict.UNDECIDED, Reason.RUNS_DIFFER),
         (True, -0.01, Verdict.FAIL, Reason.MARGIN),
         (False, 0.01, Verdict.FAIL, Reason.MARGIN),  # rare values leave bounds that runs keep
     ],
 )
-@pytest.mark.parametrize("kept", [False, True])
+@pytest.mark.parametrize("inside", [False, True])
 def test_runs_must_agree_with_an_expansion_that_misses_its_tolerance(
-    missed, recorded, verdict, reason, kept
+    misses_tolerance, run_margin, verdict, reason, inside
 ):
-    least = least_of(LimitVerdict.NOT_KEPT, -0.5, -0.5, 0.1)
-    if kept:
-        least = least_of(LimitVerdict.KEPT, 0.5, 0.5, 0.1)
-        recorded = -recorded
+    least_margin = least_of(LimitVerdict.NOT_KEPT, -0.5, -0.5, 0.1)
+    if inside:
+        least_margin = least_of(LimitVerdict.KEPT, 0.5, 0.5, 0.1)
+        run_margin = -run_margin
         verdict = Verdict.PASS if verdict is Verdict.FAIL else verdict
-    limit = xr.Dataset({"run_required": missed, "recorded_margin": recorded})
+    limit = xr.Dataset({"run_required": misses_tolerance, "recorded_margin": run_margin})
     margins = xr.Dataset(attrs={"error": "error_bar_expected_error"})
-    assert _by_margin(limit, least, margins, None)[:2] == (verdict, reason)
+    assert _by_margin(limit, least_margin, margins, None)[:2] == (verdict, reason)
 
 
 class Level:
@@ -119,8 +121,8 @@ def test_after_impacts_it_takes_a_run_to_show_that_intervals_leave_their_bounds(
         {"least_margin_error": ("limit", [0.01]), "verdict": ("limit", ["not kept"])}
     )
     margins = fb.analysis.check_limits(surrogate, limit)
-    made, runs = with_runs(study, surrogate, [limit], margins.assign(surely))
-    of_limit = made.assign_attrs(error="error_bar_expected_error").isel(limit=0)
+    margins_of_runs, runs = with_runs(study, surrogate, [limit], margins.assign(surely))
+    of_limit = margins_of_runs.assign_attrs(error="error_bar_expected_error").isel(limit=0)
     assert _by_margin(of_limit, LeastMargin.from_result(of_limit), of_limit, None)[:2] == (
         verdict,
         reason,
@@ -181,10 +183,10 @@ def test_every_criterion_is_judged_from_the_file_to_the_page(tmp_path):
     study = namespace["study"]
     result = study.run_in(tmp_path / "out")
     verdicts = result.verdicts
-    assert [str(own.verdict) for own in verdicts] == ["FAIL", "FAIL", "PASS", "FAIL"]
+    assert [str(verdict.verdict) for verdict in verdicts] == ["FAIL", "FAIL", "PASS", "FAIL"]
     assert verdicts[0].margin == pytest.approx(-530.0, abs=0.1)
-    again = result.production_yield(study.requirements[2:], study.scatter)
-    np.testing.assert_allclose(again["failing"], 0.25, atol=0.02)
+    production = result.production_yield(study.requirements[2:], study.scatter)
+    np.testing.assert_allclose(production["failing"], 0.25, atol=0.02)
     assert "FAIL" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     table = CliRunner().invoke(app, ["yield", str(tmp_path / "out"), "--trust"]).output
     assert re.search(r"most \(nominal ± 1\)\s+.\s+7\d[.\d]* % ", table)
@@ -194,8 +196,8 @@ def test_a_recorded_run_beyond_a_limit_of_intervals_decides(tmp_path):
     """A narrow peak that one run meets: bands between which it is averaged out keep the limit."""
     inputs = {"x": fb.Interval(0.0, 1.0)}
     fb.Study(lambda x: 1.0 * x, inputs, fb.AdaptivePCCI()).run_in(tmp_path / "smooth")
-    met = fb.execution.open_runs(tmp_path / "smooth")["inputs"].sel(input="x").values
-    place = met[np.argmin(np.abs(met - 0.4))]
+    x_of_runs = fb.execution.open_runs(tmp_path / "smooth")["inputs"].sel(input="x").values
+    place = x_of_runs[np.argmin(np.abs(x_of_runs - 0.4))]
 
     def peaked(x):
         return np.sin(x) + 2.0 * np.exp(-0.5 * ((x - place) / 1e-3) ** 2)

@@ -46,7 +46,7 @@ REQUIREMENTS = [
 
 def text_of(rng):
     """Return a study of random parts, and how many requirements it has."""
-    chosen = rng.permutation(REQUIREMENTS)[: rng.integers(5)]
+    requirements = rng.permutation(REQUIREMENTS)[: rng.integers(5)]
     choice = rng.random() < 0.3
     display = [d for d in ('"x": "mm"', '"turn": "deg"', '"a": "mm"') if rng.random() < 0.5]
     parts = {
@@ -55,14 +55,14 @@ def text_of(rng):
         "choice": ', "c": fb.Choice("short", "long")' if choice else "",
         "default": "1.0",
         "method": rng.choice(["PCCI(1, 2)", "AdaptivePCCI()", "LHSScanning(20, 3)"]),
-        "requirements": ", ".join(chosen),
+        "requirements": ", ".join(requirements),
         "of_inputs": '"a": "m"' if '"a": "mm"' in display or rng.random() < 0.5 else "",
         "display": ", ".join(display),
         "scatter": '"a": fb.Uniform(0.9, 1.1)' if rng.random() < 0.3 else "",
     }
     if "Interval" in parts["b"]:
         parts["scatter"] = ""
-    return STUDY.format(**parts), list(chosen)
+    return STUDY.format(**parts), list(requirements)
 
 
 def call(*arguments):
@@ -90,18 +90,18 @@ def test_a_random_study_runs_reports_and_restores_what_is_deleted(tmp_path, seed
         '<li class="undecided">'
     ) == len(requirements)
     assert call("report", out).exit_code == 0
-    shown = [p for p in out.iterdir() if p.suffix in (".nc", ".png") and p.stem != "contributions"]
-    for lost in rng.permutation(sorted(map(str, shown)))[:2]:
-        name = lost.rpartition("/")[2]
+    files = [p for p in out.iterdir() if p.suffix in (".nc", ".png") and p.stem != "contributions"]
+    for path in rng.permutation(sorted(map(str, files)))[:2]:
+        name = path.rpartition("/")[2]
         if name == "nominal.nc":
             continue
-        shutil.move(lost, tmp_path / "kept")
-        told = call("report", out)
-        assert told.exit_code == 1, (name, told.output)
-        assert name in told.output
-        assert "`flexband run`" in told.output
-        again = call("run", file, "-o", out, "--verify", 2 if "LHS" not in text else 0)
-        assert again.exit_code == run.exit_code, again.output
+        shutil.move(path, tmp_path / "kept")
+        result = call("report", out)
+        assert result.exit_code == 1, (name, result.output)
+        assert name in result.output
+        assert "`flexband run`" in result.output
+        second = call("run", file, "-o", out, "--verify", 2 if "LHS" not in text else 0)
+        assert second.exit_code == run.exit_code, second.output
         assert call("report", out).exit_code == 0
         if name.rpartition(".")[0] in ("limits", "yield", "probability", "path"):
             assert (out / name).exists()
@@ -118,9 +118,9 @@ def test_an_altered_picture_is_refused(tmp_path):
     call("distribution", out)
     call("report", out)
     (out / "quantiles.png").write_bytes(b"another picture")
-    told = " ".join(call("report", out).output.split())
-    assert "quantiles.png, which the report shows, is not as written" in told
-    assert "`flexband distribution` restores it, and `flexband run` leaves it out" in told
+    output = " ".join(call("report", out).output.split())
+    assert "quantiles.png, which the report shows, is not as written" in output
+    assert "`flexband distribution` restores it, and `flexband run` leaves it out" in output
     call("distribution", out)
     assert call("report", out).exit_code == 0
     (out / "quantiles.nc").unlink()
@@ -155,8 +155,8 @@ def test_a_verification_that_failed_once_is_made_by_the_next_run(tmp_path):
     assert "not verified: the response raised OSError: no space left" in first.output
     assert "has this result already" not in call("run", file, "-o", out).output
     (tmp_path / "full").unlink()
-    again = call("resume", out, "--trust")
-    assert again.exit_code == 0, again.output
+    second = call("resume", out, "--trust")
+    assert second.exit_code == 0, second.output
     assert (out / "verification.nc").exists()
     assert "has this result already" in call("run", file, "-o", out).output
 
@@ -207,11 +207,11 @@ def test_every_command_with_a_verdict_ends_with_its_status(tmp_path, requirement
     file.write_text(text, encoding="utf-8")
     commands = ["run", file, "-o", out], ["run", file, "-o", out], ["resume", out, "--trust"]
     for command in (*commands, ["limits", out, "--trust"], ["limits", out, "--trust", "--json"]):
-        told = call(*command)
-        assert told.exit_code == status, (command, told.output)
+        result = call(*command)
+        assert result.exit_code == status, (command, result.output)
         if "--json" not in command:
-            first = [line.split()[0] for line in told.stdout.splitlines()[: len(requirements)]]
-            assert first == list(requirements), told.output
+            first = [line.split()[0] for line in result.stdout.splitlines()[: len(requirements)]]
+            assert first == list(requirements), result.output
 
 
 def test_a_study_is_data():
@@ -220,8 +220,8 @@ def test_a_study_is_data():
         units={"a": "m"}, scatter={"a": fb.Uniform(0, 1)},
     )  # fmt: skip
     other = fb.Requirement("other", below=9.0)
-    changed = replace(study, requirements=other)
-    assert changed.requirements == changed.limits == (other,)
+    replacement = replace(study, requirements=other)
+    assert replacement.requirements == replacement.limits == (other,)
     assert replace(study, sigmas=2.0).requirements == study.requirements == study.limits
     for name in ("inputs", "units", "scatter", "display_units", "title_block"):
         with pytest.raises(TypeError):
@@ -255,7 +255,7 @@ def test_bounds_for_plays_that_vary_leave_requirements_undecided(tmp_path):
     out = tmp_path / "out"
     file.write_text(PLAY, encoding="utf-8")
     for command in (["run", file, "-o", out], ["limits", out, "--trust"]):
-        told = call(*command)
-        assert told.exit_code == 3, told.output
-        assert told.stdout.startswith("UNDECIDED  height (above -0.01): not checked: ")
+        result = call(*command)
+        assert result.exit_code == 3, result.output
+        assert result.stdout.startswith("UNDECIDED  height (above -0.01): not checked: ")
     assert "<b>UNDECIDED</b> height" in (out / "report.html").read_text("utf-8")

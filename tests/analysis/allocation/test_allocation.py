@@ -20,13 +20,13 @@ LENGTHS = {name: fb.Interval.around(v, tolerance=0.5) for name, v in SIZES.items
 
 def generator(crank, coupler, rocker, ground):
     """Return the error [deg] of a four-bar that generates a function of the crank's angle."""
-    a, b, c, g = (own[:, None] for own in (crank, coupler, rocker, ground))
+    a, b, c, g = (length[:, None] for length in (crank, coupler, rocker, ground))
     d2 = a * a + g * g - 2 * a * g * np.cos(GAMMA)
     inner = np.arccos((b * b - c * c - d2) / (2 * c * np.sqrt(d2)))
     angle = np.degrees(np.arctan2(-a * np.sin(GAMMA), g - a * np.cos(GAMMA)) + inner)
-    wanted = 76 + 60 * np.sin(0.75 * (GAMMA - np.radians(95.5)))
+    target = 76 + 60 * np.sin(0.75 * (GAMMA - np.radians(95.5)))
     return xr.DataArray(
-        (angle - wanted + 180) % 360 - 180, {"angle": np.degrees(GAMMA)}, ("sample", "angle")
+        (angle - target + 180) % 360 - 180, {"angle": np.degrees(GAMMA)}, ("sample", "angle")
     )
 
 
@@ -34,8 +34,8 @@ def at_vertices(tolerances, nominal=SIZES):
     """Return the largest |error| of the generator at all vertices of a box."""
     signs = np.array(list(product((-1, 1), repeat=4)))
     values = {
-        k: nominal[k] + own * float(t)
-        for (k, t), own in zip(tolerances.items(), signs.T, strict=True)
+        k: nominal[k] + sign * float(t)
+        for (k, t), sign in zip(tolerances.items(), signs.T, strict=True)
     }
     return float(np.abs(generator(**values)).max())
 
@@ -58,16 +58,18 @@ def plane():
 
 
 def test_function_generator_is_as_cheap_as_exhaustive_vertices_allow(four_bar):
-    found = fb.analysis.allocate(four_bar, KEPT, dict.fromkeys(SIZES, 1.0), response=generator)
-    own = found["tolerance"].to_series()
-    assert found.attrs["cost"] == pytest.approx(25.92037, abs=2e-3)
-    assert own[list(SIZES)].values == pytest.approx([0.1258, 0.1257, 0.3343, 0.1423], abs=5e-4)
-    assert at_vertices(own.to_dict()) == pytest.approx(0.8, abs=2e-5)
-    assert at_vertices(own.to_dict()) <= 0.8
-    assert found.attrs["confirmed"] == "yes"
-    assert found.attrs["runs"] + four_bar.diagnostics.attrs["runs"] <= 64
-    assert found["binding_at"].values.tolist() == [215.5]
-    assert found["slack"].item() == pytest.approx(0, abs=1e-5)
+    allocation = fb.analysis.allocate(four_bar, KEPT, dict.fromkeys(SIZES, 1.0), response=generator)
+    tolerances = allocation["tolerance"].to_series()
+    assert allocation.attrs["cost"] == pytest.approx(25.92037, abs=2e-3)
+    assert tolerances[list(SIZES)].values == pytest.approx(
+        [0.1258, 0.1257, 0.3343, 0.1423], abs=5e-4
+    )
+    assert at_vertices(tolerances.to_dict()) == pytest.approx(0.8, abs=2e-5)
+    assert at_vertices(tolerances.to_dict()) <= 0.8
+    assert allocation.attrs["confirmed"] == "yes"
+    assert allocation.attrs["runs"] + four_bar.diagnostics.attrs["runs"] <= 64
+    assert allocation["binding_at"].values.tolist() == [215.5]
+    assert allocation["slack"].item() == pytest.approx(0, abs=1e-5)
 
 
 @pytest.fixture(scope="module")
@@ -80,15 +82,15 @@ def test_sizes_of_the_function_generator_that_allow_the_loosest_tolerances(sized
     # the least cost of a search on the response itself, by differential evolution and then
     # sequential quadratic programming at all vertices, is 17.988
     costs = dict.fromkeys(SIZES, 1.0)
-    found = fb.analysis.allocate(sized, KEPT, costs, response=generator)
-    nominal = SIZES | found["size"].to_series().to_dict()
-    assert 17.985 < found.attrs["cost"] < 18.1
-    assert at_vertices(found["tolerance"].to_series().to_dict(), nominal) <= 0.8 + 1e-9
-    assert found.attrs["confirmed"] == "yes"
-    assert found.attrs["runs"] + sized.diagnostics.attrs["runs"] <= 80
-    own = [nominal[name] for name in ("crank", "coupler", "rocker")]
-    assert own == pytest.approx([52.524, 121.831, 65.706], abs=0.03)
-    assert "remark" not in found.attrs
+    allocation = fb.analysis.allocate(sized, KEPT, costs, response=generator)
+    nominal = SIZES | allocation["size"].to_series().to_dict()
+    assert 17.985 < allocation.attrs["cost"] < 18.1
+    assert at_vertices(allocation["tolerance"].to_series().to_dict(), nominal) <= 0.8 + 1e-9
+    assert allocation.attrs["confirmed"] == "yes"
+    assert allocation.attrs["runs"] + sized.diagnostics.attrs["runs"] <= 80
+    best_sizes = [nominal[name] for name in ("crank", "coupler", "rocker")]
+    assert best_sizes == pytest.approx([52.524, 121.831, 65.706], abs=0.03)
+    assert "remark" not in allocation.attrs
 
 
 def test_limits_that_no_size_keeps(sized):
@@ -98,10 +100,10 @@ def test_limits_that_no_size_keeps(sized):
         fb.errors.InputError, match=r"best of which are .*between.* violated by 0.01[678]"
     ):
         fb.analysis.allocate(sized, fb.Limit(below=0.3, above=-0.3), costs)
-    hardly = fb.analysis.allocate(
+    feasible = fb.analysis.allocate(
         sized, fb.Limit(below=0.32, above=-0.32), costs, response=generator
     )
-    assert hardly.attrs["confirmed"] == "yes"
+    assert feasible.attrs["confirmed"] == "yes"
 
 
 def valleys(a, b):
@@ -114,27 +116,27 @@ def test_the_best_of_several_sizes_is_found(tolerance):
     # |b| ≤ t: the largest |y| is t max p, where p has its least largest value within a ± tolerance
     inputs = {"a": fb.Sizing(-1.0, 1.0, tolerance), "b": fb.Interval(-3.0, 3.0)}
     surrogate = fb.expand(valleys, inputs, fb.PCCI(1, 4))
-    found = fb.analysis.allocate(surrogate, fb.Limit(below=1.0), {"b": 1.0}, response=valleys)
+    allocation = fb.analysis.allocate(surrogate, fb.Limit(below=1.0), {"b": 1.0}, response=valleys)
     a = np.linspace(-1, 1, 20001)
-    p = np.max([valleys(a + own, 1.0)[:, 0] for own in (-tolerance, tolerance)], axis=0)
-    assert found["size"].item() == pytest.approx(a[p.argmin()], abs=2e-3)
-    assert found["tolerance"].item() == pytest.approx(1 / p.min(), rel=5e-5)
-    assert found.attrs["confirmed"] == "yes"
+    p = np.max([valleys(a + offset, 1.0)[:, 0] for offset in (-tolerance, tolerance)], axis=0)
+    assert allocation["size"].item() == pytest.approx(a[p.argmin()], abs=2e-3)
+    assert allocation["tolerance"].item() == pytest.approx(1 / p.min(), rel=5e-5)
+    assert allocation.attrs["confirmed"] == "yes"
 
 
 def test_a_scatter_with_a_free_size():
     # μ + 3σ = p(a) (1 + 3 s) ≤ 1
     inputs = {"a": fb.Sizing(-1.0, 1.0), "b": fb.Normal(1.0, 0.5)}
     surrogate = fb.expand(valleys, inputs, fb.PCCI(1, 4))
-    found = fb.analysis.allocate(surrogate, fb.Limit(below=1.0), {"b": 1.0})
+    allocation = fb.analysis.allocate(surrogate, fb.Limit(below=1.0), {"b": 1.0})
     p = valleys(np.linspace(-1, 1, 20001), 1.0).min()
-    assert found["tolerance"].item() == pytest.approx((1 / p - 1) / 3, rel=1e-5)
+    assert allocation["tolerance"].item() == pytest.approx((1 / p - 1) / 3, rel=1e-5)
 
 
 def test_a_size_that_is_free(sized, tmp_path):
-    one = fb.Sizing(1.0, 2.0, tolerance=0.1)
-    assert one.value(np.array([[-1.0], [0.0], [1.0]])).tolist() == [0.9, 1.5, 2.1]
-    assert one.standard(np.array([0.9, 1.5, 2.1])) == pytest.approx([-1, 0, 1])
+    size = fb.Sizing(1.0, 2.0, tolerance=0.1)
+    assert size.value(np.array([[-1.0], [0.0], [1.0]])).tolist() == [0.9, 1.5, 2.1]
+    assert size.standard(np.array([0.9, 1.5, 2.1])) == pytest.approx([-1, 0, 1])
     narrow = sized.narrowed(**LENGTHS)
     assert "remark" not in narrow.bands().attrs
     assert sized.bands().attrs["remark"].startswith("over all values of coupler, crank, rocker")
@@ -143,7 +145,7 @@ def test_a_size_that_is_free(sized, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         ((2.0, 1.0), "lower 2 must be below upper 1"),
         ((1.0, 1.0), "lower 1 must be below upper 1"),
@@ -151,8 +153,8 @@ def test_a_size_that_is_free(sized, tmp_path):
         ((1.0, np.nan), "Sizing upper"),
     ],
 )
-def test_refused_sizes(arguments, told):
-    with pytest.raises(fb.errors.InputError, match=told):
+def test_refused_sizes(arguments, message):
+    with pytest.raises(fb.errors.InputError, match=message):
         fb.Sizing(*arguments)
 
 
@@ -166,39 +168,39 @@ def test_grades_are_refused_where_a_size_is_free(sized):
 def test_a_linear_analysis_of_the_function_generator_breaks_the_limit():
     nominal = np.array(list(SIZES.values()))
     steps = np.concatenate([np.zeros((1, 4)), 1e-5 * np.eye(4), -1e-5 * np.eye(4)])
-    zero, *moved = generator(*(nominal + steps).T).values
-    slopes = (np.array(moved[:4]) - moved[4:]).T / 2e-5
+    zero, *variations = generator(*(nominal + steps).T).values
+    slopes = (np.array(variations[:4]) - variations[4:]).T / 2e-5
     room = 0.8 - np.abs(zero)
-    found = minimize(
+    optimum = minimize(
         lambda t: (1 / t).sum(), np.full(4, 0.1), bounds=[(1e-3, 1.0)] * 4, method="SLSQP",
         constraints=LinearConstraint(np.abs(slopes), -np.inf, room), options={"ftol": 1e-12},
     )  # fmt: skip
-    assert found.fun == pytest.approx(25.715, abs=2e-3)
-    assert at_vertices(dict(zip(SIZES, found.x, strict=True))) > 0.8025
+    assert optimum.fun == pytest.approx(25.715, abs=2e-3)
+    assert at_vertices(dict(zip(SIZES, optimum.x, strict=True))) > 0.8025
 
 
 def test_runs_correct_a_coarse_surrogate(four_bar):
     coarse = fb.verify(fb.expand(generator, LENGTHS, fb.PCCI(1, 1)), generator)
     costs = dict.fromkeys(SIZES, 1.0)
-    alone = fb.analysis.allocate(coarse, KEPT, costs)
-    assert alone.attrs["confirmed"] == "no runs were made"
-    found = fb.analysis.allocate(coarse, KEPT, costs, response=generator)
-    assert at_vertices(found["tolerance"].to_series().to_dict()) <= 0.8 + 1e-9
-    assert found.attrs["confirmed"] == "yes"
-    assert "corrected for the small differences they showed" in found.attrs["verdict"]
-    assert found.attrs["cost"] == pytest.approx(25.920, rel=2e-3)
-    error = abs(alone.attrs["cost"] - 25.920)
-    assert abs(found.attrs["cost"] - 25.920) < error / 5
+    uncorrected = fb.analysis.allocate(coarse, KEPT, costs)
+    assert uncorrected.attrs["confirmed"] == "no runs were made"
+    allocation = fb.analysis.allocate(coarse, KEPT, costs, response=generator)
+    assert at_vertices(allocation["tolerance"].to_series().to_dict()) <= 0.8 + 1e-9
+    assert allocation.attrs["confirmed"] == "yes"
+    assert "corrected for the small differences they showed" in allocation.attrs["verdict"]
+    assert allocation.attrs["cost"] == pytest.approx(25.920, rel=2e-3)
+    error = abs(uncorrected.attrs["cost"] - 25.920)
+    assert abs(allocation.attrs["cost"] - 25.920) < error / 5
 
 
 def test_multipliers_are_what_relaxing_the_limit_saves(four_bar):
     costs = dict.fromkeys(SIZES, 1.0)
-    found, looser = (
+    allocation, looser = (
         fb.analysis.allocate(four_bar, fb.Limit(below=above, above=-0.8), costs)
         for above in (0.8, 0.801)
     )
-    saved = (found.attrs["cost"] - looser.attrs["cost"]) / 1e-3
-    assert float(found["saving"][0]) == pytest.approx(saved, rel=5e-3)
+    cost_slope = (allocation.attrs["cost"] - looser.attrs["cost"]) / 1e-3
+    assert float(allocation["saving"][0]) == pytest.approx(cost_slope, rel=5e-3)
 
 
 @pytest.mark.parametrize("costs", [(1.0, 1.0), (4.0, 0.5), (0.1, 9.0)])
@@ -208,13 +210,15 @@ def test_one_linear_limit_has_a_closed_form(plane, costs):
     slope = np.array([3.0, 2.0])
     limit = 0.6
     t = np.sqrt(a / slope) * limit / (slope @ np.sqrt(a / slope))
-    found = fb.analysis.allocate(plane, fb.Limit(below=limit), dict(zip("ab", costs, strict=True)))
-    assert found["tolerance"].values == pytest.approx(t, rel=1e-5)
-    assert found.attrs["cost"] == pytest.approx((a / t).sum(), rel=1e-5)
-    assert found["contribution"].values[:, 0] == pytest.approx(slope * t, rel=1e-4)
+    allocation = fb.analysis.allocate(
+        plane, fb.Limit(below=limit), dict(zip("ab", costs, strict=True))
+    )
+    assert allocation["tolerance"].values == pytest.approx(t, rel=1e-5)
+    assert allocation.attrs["cost"] == pytest.approx((a / t).sum(), rel=1e-5)
+    assert allocation["contribution"].values[:, 0] == pytest.approx(slope * t, rel=1e-4)
     # the cost is C/L, so that relaxing saves C/L per unit
-    assert found["saving"].item() == pytest.approx((a / t).sum() / limit, rel=1e-3)
-    assert found["binding_inputs"].sel(input=["a", "b"]).values[:, 0] == pytest.approx(
+    assert allocation["saving"].item() == pytest.approx((a / t).sum() / limit, rel=1e-3)
+    assert allocation["binding_inputs"].sel(input=["a", "b"]).values[:, 0] == pytest.approx(
         [t[0], -t[1]], rel=1e-5
     )
 
@@ -223,22 +227,22 @@ def test_the_search_goes_on_where_no_margin_is_near_zero_at_its_start():
     # (3 a − 2 b)³ ≤ L: 3 t_a + 2 t_b = ∛L; the start, by a straight line, is far from the limit
     surrogate = fb.expand(lambda a, b: ((3 * a - 2 * b) ** 3)[:, None],
                           {k: fb.Interval(-1.0, 1.0) for k in "ab"}, fb.PCCI(1, 3))  # fmt: skip
-    found = fb.analysis.allocate(surrogate, fb.Limit(below=8.0), {"a": 3.0, "b": 2.0})
-    assert found["tolerance"].values == pytest.approx([0.4, 0.4], rel=1e-4)
+    allocation = fb.analysis.allocate(surrogate, fb.Limit(below=8.0), {"a": 3.0, "b": 2.0})
+    assert allocation["tolerance"].values == pytest.approx([0.4, 0.4], rel=1e-4)
 
 
 def test_random_inputs_have_standard_deviations():
     # k √(9 s² + 4 r²) ≤ L with the cost 1/s + 1/r: J² s³ is the same for both
     inputs = {"a": fb.Normal(0.0, 1.0), "b": fb.Normal(0.0, 1.0)}
     surrogate = fb.expand(linear, inputs, fb.PCCI(1, 1))
-    found = fb.analysis.allocate(
+    allocation = fb.analysis.allocate(
         surrogate, fb.Limit(above=-0.6), {"a": 1.0, "b": 1.0}, sigmas=2.0, response=linear
     )
     shape = np.array([9.0, 4.0]) ** (-1 / 3)
     std = shape * 0.3 / np.sqrt(9 * shape[0] ** 2 + 4 * shape[1] ** 2)
-    assert found["tolerance"].values == pytest.approx(std, rel=1e-4)
-    assert found["run_margin"].values == pytest.approx([0.0], abs=1e-5)
-    assert found.attrs["confirmed"] == "yes"
+    assert allocation["tolerance"].values == pytest.approx(std, rel=1e-4)
+    assert allocation["run_margin"].values == pytest.approx([0.0], abs=1e-5)
+    assert allocation.attrs["confirmed"] == "yes"
 
 
 def test_what_runs_show_and_what_the_surrogate_infers_are_told_apart():
@@ -250,42 +254,49 @@ def test_what_runs_show_and_what_the_surrogate_infers_are_told_apart():
     inputs = {"e": fb.Interval(-1.0, 1.0), "x": fb.Normal(0.0, 1.0)}
     surrogate = fb.expand(wave, inputs, fb.PCCI(6, 1))
     limit = fb.Limit(below=2.5)
-    found = fb.analysis.allocate(surrogate, limit, {"e": 1.0}, response=wave)
-    alone = fb.analysis.allocate(surrogate, limit, {"e": 1.0})
-    assert found["tolerance"].item() == alone["tolerance"].item()
-    assert (found.attrs["confirmed"], found.attrs["runs"]) == ("inferred", 1)
-    assert found["run_margin"].item() > 1.5 - found["tolerance"].item()
-    assert "No limit is violated by 1 verification run; that μ ± 3σ keeps" in found.attrs["verdict"]
+    allocation = fb.analysis.allocate(surrogate, limit, {"e": 1.0}, response=wave)
+    uncorrected = fb.analysis.allocate(surrogate, limit, {"e": 1.0})
+    assert allocation["tolerance"].item() == uncorrected["tolerance"].item()
+    assert (allocation.attrs["confirmed"], allocation.attrs["runs"]) == ("inferred", 1)
+    assert allocation["run_margin"].item() > 1.5 - allocation["tolerance"].item()
+    assert (
+        "No limit is violated by 1 verification run; that μ ± 3σ keeps"
+        in allocation.attrs["verdict"]
+    )
 
 
 def test_tolerances_and_scatter_together():
     inputs = {"a": fb.Interval(-1.0, 1.0), "b": fb.Normal(0.0, 1.0)}
     surrogate = fb.expand(linear, inputs, fb.PCCI(1, 1))
-    found = fb.analysis.allocate(surrogate, fb.Limit(below=1.0), {"a": 1.0, "b": 2.0}, sigmas=3.0)
+    allocation = fb.analysis.allocate(
+        surrogate, fb.Limit(below=1.0), {"a": 1.0, "b": 2.0}, sigmas=3.0
+    )
     slope = np.array([3.0, 6.0])
     t = np.sqrt(np.array([1.0, 2.0]) / slope)
-    assert found["tolerance"].values == pytest.approx(t / (slope @ t), rel=1e-4)
+    assert allocation["tolerance"].values == pytest.approx(t / (slope @ t), rel=1e-4)
 
 
 def test_the_largest_tolerances_are_enough(plane):
-    found = fb.analysis.allocate(plane, fb.Limit(below=10.0), {"a": 1.0, "b": 1.0}, response=linear)
-    assert found["tolerance"].values.tolist() == [1.0, 1.0]
-    assert found["saving_at"].values.tolist() == [0.0]
-    assert "Nearest" in found.attrs["verdict"]
-    assert found["slack"].item() == pytest.approx(5.0)
+    allocation = fb.analysis.allocate(
+        plane, fb.Limit(below=10.0), {"a": 1.0, "b": 1.0}, response=linear
+    )
+    assert allocation["tolerance"].values.tolist() == [1.0, 1.0]
+    assert allocation["saving_at"].values.tolist() == [0.0]
+    assert "Nearest" in allocation.attrs["verdict"]
+    assert allocation["slack"].item() == pytest.approx(5.0)
 
 
 def test_a_surrogate_that_is_not_trusted_is_remarked(plane):
     doubtful = replace(plane.with_attrs(not_trusted="response (a kink)"), held_out=None)
-    found = fb.analysis.allocate(doubtful, fb.Limit(below=1.0), {"a": 1.0, "b": 1.0})
-    assert found.attrs["verdict"].endswith("Not reliable: response (a kink)")
+    allocation = fb.analysis.allocate(doubtful, fb.Limit(below=1.0), {"a": 1.0, "b": 1.0})
+    assert allocation.attrs["verdict"].endswith("Not reliable: response (a kink)")
 
 
 def test_one_tolerance_at_its_largest(plane):
     # b is worth nothing: it takes 2 of 2.5, and a the rest
-    found = fb.analysis.allocate(plane, fb.Limit(below=2.5), {"a": 1e-3, "b": 100.0})
-    assert found["tolerance"].values == pytest.approx([0.5 / 3, 1.0], rel=1e-5)
-    assert found["saving"].item() == pytest.approx(1e-3 / (0.5 / 3) ** 2 / 3, rel=1e-3)
+    allocation = fb.analysis.allocate(plane, fb.Limit(below=2.5), {"a": 1e-3, "b": 100.0})
+    assert allocation["tolerance"].values == pytest.approx([0.5 / 3, 1.0], rel=1e-5)
+    assert allocation["saving"].item() == pytest.approx(1e-3 / (0.5 / 3) ** 2 / 3, rel=1e-3)
 
 
 def test_infeasible_limits_name_the_instant_and_the_inputs(plane, four_bar):
@@ -321,20 +332,20 @@ def test_infeasible_limits_have_a_true_reason(limit, costs, reason):
     }
     sums = fb.expand(lambda a, b, x, c, d: a + 2 * b + x + c + d - c * d, inputs, fb.PCCI(1, 1))
     if isinstance(costs, dict):
-        own = {k: fb.analysis.Grades({"fine": (t, 2.0)}) for k, t in costs.items()}
+        cost_models = {k: fb.analysis.Grades({"fine": (t, 2.0)}) for k, t in costs.items()}
     else:
-        own = dict.fromkeys(costs, 1.0)
+        cost_models = dict.fromkeys(costs, 1.0)
     with pytest.raises(fb.errors.InputError, match=reason):
-        fb.analysis.allocate(sums, fb.Limit(below=limit), own)
+        fb.analysis.allocate(sums, fb.Limit(below=limit), cost_models)
 
 
 def test_without_runs_nothing_is_said_of_a_confirmation_that_failed(plane):
-    found = fb.analysis.allocate(plane, fb.Limit(below=2.5), {"a": 1.0, "b": 1.0})
-    assert found.attrs["verdict"].endswith("No runs were made to confirm it")
+    allocation = fb.analysis.allocate(plane, fb.Limit(below=2.5), {"a": 1.0, "b": 1.0})
+    assert allocation.attrs["verdict"].endswith("No runs were made to confirm it")
 
 
 @pytest.mark.parametrize(
-    ("costs", "told"),
+    ("costs", "message"),
     [
         ({}, "at least one input"),
         ({"c": 1.0}, "which are a, b; got 'c'"),
@@ -344,8 +355,8 @@ def test_without_runs_nothing_is_said_of_a_confirmation_that_failed(plane):
         ([1.0], "a mapping from names"),
     ],
 )
-def test_refused_costs(plane, costs, told):
-    with pytest.raises(fb.errors.InputError, match=told):
+def test_refused_costs(plane, costs, message):
+    with pytest.raises(fb.errors.InputError, match=message):
         fb.analysis.allocate(plane, fb.Limit(below=1.0), costs)
 
 
@@ -354,24 +365,24 @@ def test_grades_are_those_of_an_exhaustive_search(four_bar):
     rng = np.random.default_rng(5)
     costs = {
         name: fb.analysis.Grades(
-            {f"G{k}": (t, c) for k, (t, c) in enumerate(zip(sizes, own, strict=True))}
+            {f"G{k}": (t, c) for k, (t, c) in enumerate(zip(sizes, prices, strict=True))}
         )
         for name in SIZES
-        for own in [np.sort(rng.uniform(1, 20, 5))[::-1]]
+        for prices in [np.sort(rng.uniform(1, 20, 5))[::-1]]
     }
-    found = fb.analysis.allocate(four_bar, KEPT, costs, response=generator)
+    allocation = fb.analysis.allocate(four_bar, KEPT, costs, response=generator)
     best = None
-    least = np.inf
-    for which in product(range(5), repeat=4):
-        cost = sum(costs[name].costs[k] for name, k in zip(SIZES, which, strict=True))
-        own = {name: sizes[k] for name, k in zip(SIZES, which, strict=True)}
-        if cost < least and at_vertices(own) <= 0.8:
-            best = [f"G{k}" for k in which]
-            least = cost
-    assert found["grade"].sel(name=list(SIZES)).values.tolist() == best
-    assert found.attrs["cost"] == pytest.approx(least)
-    assert found.attrs["confirmed"] == "yes"
-    assert found["slack"].item() > 0
+    least_cost = np.inf
+    for combination in product(range(5), repeat=4):
+        cost = sum(costs[name].costs[k] for name, k in zip(SIZES, combination, strict=True))
+        tolerances = {name: sizes[k] for name, k in zip(SIZES, combination, strict=True)}
+        if cost < least_cost and at_vertices(tolerances) <= 0.8:
+            best = [f"G{k}" for k in combination]
+            least_cost = cost
+    assert allocation["grade"].sel(name=list(SIZES)).values.tolist() == best
+    assert allocation.attrs["cost"] == pytest.approx(least_cost)
+    assert allocation.attrs["confirmed"] == "yes"
+    assert allocation["slack"].item() > 0
 
 
 def test_the_table_of_iso_286_follows_its_tolerance_unit():
@@ -385,13 +396,13 @@ def test_the_table_of_iso_286_follows_its_tolerance_unit():
 
 
 def test_grades_of_iso_286():
-    own = fb.analysis.Grades.iso_286(53.0, {"IT5": 3.0, "IT11": 1.0}, millimetre=1.0)
-    assert own.grades == {"IT5": (0.0065, 3.0), "IT11": (0.095, 1.0)}
+    grades = fb.analysis.Grades.iso_286(53.0, {"IT5": 3.0, "IT11": 1.0}, millimetre=1.0)
+    assert grades.grades == {"IT5": (0.0065, 3.0), "IT11": (0.095, 1.0)}
     assert fb.analysis.Grades.iso_286(0.05, {"IT7": 1.0}).tolerances == pytest.approx([12.5e-6])
 
 
 @pytest.mark.parametrize(
-    ("costs", "told"),
+    ("costs", "message"),
     [
         ({"a": fb.analysis.Grades({"fine": (2.0, 1.0)})}, "up to that of the surrogate, 1; got 2"),
         (
@@ -400,6 +411,6 @@ def test_grades_of_iso_286():
         ),
     ],
 )
-def test_refused_grades(plane, costs, told):
-    with pytest.raises(fb.errors.InputError, match=told):
+def test_refused_grades(plane, costs, message):
+    with pytest.raises(fb.errors.InputError, match=message):
         fb.analysis.allocate(plane, fb.Limit(below=1.0), costs)

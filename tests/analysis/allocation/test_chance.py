@@ -36,20 +36,25 @@ def plane():
 @pytest.mark.parametrize("probability", [1e-2, 1e-5])
 def test_one_linear_limit_has_a_closed_form(plane, probability):
     # k √(9 s² + 4 r²) ≤ L with k = −Φ⁻¹(P) and the cost 1/s + 1/r: J² s³ is the same for both
-    found = fb.analysis.allocate(
+    allocation = fb.analysis.allocate(
         plane, fb.Limit(above=-0.6), {"a": 1.0, "b": 1.0}, probability=probability
     )
     shape = np.array([9.0, 4.0]) ** (-1 / 3)
     std = shape * 0.6 / -ndtri(probability) / np.sqrt(9 * shape[0] ** 2 + 4 * shape[1] ** 2)
-    assert found["tolerance"].values == pytest.approx(std, rel=0.03)
-    assert 1.0 <= found.attrs["cost"] / (1 / std).sum() < 1.015
-    assert 0.85 * probability < found["probability"] <= found["confidence_high"] <= probability
-    assert found["at_each_time"].values[0] < 1e-5  # −0.3 instead of −0.6
-    assert found.attrs["confirmed"] == "no runs were made"
+    assert allocation["tolerance"].values == pytest.approx(std, rel=0.03)
+    assert 1.0 <= allocation.attrs["cost"] / (1 / std).sum() < 1.015
+    assert (
+        0.85 * probability
+        < allocation["probability"]
+        <= allocation["confidence_high"]
+        <= probability
+    )
+    assert allocation["at_each_time"].values[0] < 1e-5  # −0.3 instead of −0.6
+    assert allocation.attrs["confirmed"] == "no runs were made"
     # ∂ ln P/∂ ln s = k² (J s)² L⁻² k … of the normal tail: its sum is k φ(k)/P
-    k = -ndtri(float(found["probability"]))
-    tail = k * np.exp(-(k**2) / 2) / np.sqrt(2 * np.pi) / float(found["probability"])
-    assert found["elasticity"].sum() == pytest.approx(tail, rel=0.1)
+    k = -ndtri(float(allocation["probability"]))
+    tail = k * np.exp(-(k**2) / 2) / np.sqrt(2 * np.pi) / float(allocation["probability"])
+    assert allocation["elasticity"].sum() == pytest.approx(tail, rel=0.1)
 
 
 def test_the_worst_of_the_intervals():
@@ -57,45 +62,45 @@ def test_the_worst_of_the_intervals():
     inputs = {"a": fb.Normal(0.0, 1.0), "b": fb.Interval(-1.0, 1.0)}
     surrogate = fb.expand(linear, inputs, fb.PCCI(1, 1))
     costs = {"a": 1.0, "b": 2.0}
-    found = fb.analysis.allocate(
+    allocation = fb.analysis.allocate(
         surrogate, fb.Limit(below=1.0), costs, probability=1e-3, response=linear
     )
     slope = np.array([-3 * ndtri(1e-3), 2.0])
     cost = np.array([1.0, 2.0])
     t = np.sqrt(cost / slope)
     t /= slope @ t
-    assert found["tolerance"].values == pytest.approx(t, rel=0.02)
-    assert found["probability_at"].item() == pytest.approx(-t[1], rel=0.02)
-    assert found.attrs["confirmed"] == "yes"
-    assert found["run_probability"] <= 1e-3
-    assert found.attrs["runs"] == 80
+    assert allocation["tolerance"].values == pytest.approx(t, rel=0.02)
+    assert allocation["probability_at"].item() == pytest.approx(-t[1], rel=0.02)
+    assert allocation.attrs["confirmed"] == "yes"
+    assert allocation["run_probability"] <= 1e-3
+    assert allocation.attrs["runs"] == 80
 
 
 def test_first_passage_and_not_each_time():
     # the largest of a cos t + b sin t is Rayleigh distributed: P = exp(−L²/2σ²)
     surrogate = fb.expand(circle, dict.fromkeys("ab", fb.Normal(0.0, 1.0)), fb.PCCI(1, 1))
-    found = fb.analysis.allocate(
+    allocation = fb.analysis.allocate(
         surrogate, fb.Limit(below=1.0), {"a": 1.0, "b": 1.0}, probability=1e-3
     )
-    assert found["tolerance"].values == pytest.approx(1 / np.sqrt(-2 * np.log(1e-3)), rel=0.02)
-    assert found["at_each_time"].max() < 5e-4
+    assert allocation["tolerance"].values == pytest.approx(1 / np.sqrt(-2 * np.log(1e-3)), rel=0.02)
+    assert allocation["at_each_time"].max() < 5e-4
 
 
 def test_runs_correct_the_probability():
-    rough = fb.expand(bent, dict.fromkeys("ab", fb.Normal(0.0, 0.5)), fb.PCCI(1, 1))
+    surrogate = fb.expand(bent, dict.fromkeys("ab", fb.Normal(0.0, 0.5)), fb.PCCI(1, 1))
     limit = fb.Limit(below=1.6)
     costs = {"a": 1.0, "b": 1.0}
-    alone = fb.analysis.allocate(rough, limit, costs, probability=1e-3)
-    found = fb.analysis.allocate(rough, limit, costs, probability=1e-3, response=bent)
+    uncorrected = fb.analysis.allocate(surrogate, limit, costs, probability=1e-3)
+    allocation = fb.analysis.allocate(surrogate, limit, costs, probability=1e-3, response=bent)
     z = np.random.default_rng(3).standard_normal((2, 400_000))
-    left = [
-        float(np.mean(bent(*(z * one["tolerance"].values[:, None])) > 1.6))
-        for one in (alone, found)
+    failure_shares = [
+        float(np.mean(bent(*(z * result["tolerance"].values[:, None])) > 1.6))
+        for result in (uncorrected, allocation)
     ]
-    assert left[0] > 3e-3
-    assert left[1] == pytest.approx(0.9e-3, rel=0.4)
-    assert found.attrs["confirmed"] == "yes"
-    assert found["run_probability"] <= 1e-3
+    assert failure_shares[0] > 3e-3
+    assert failure_shares[1] == pytest.approx(0.9e-3, rel=0.4)
+    assert allocation.attrs["confirmed"] == "yes"
+    assert allocation["run_probability"] <= 1e-3
 
 
 def arc(a, b):
@@ -111,28 +116,33 @@ def angle():
 def test_rare_probabilities_of_an_inexact_surrogate_are_bounded(angle):
     limit = fb.Limit(below=1.0)
     costs = {"a": 1.0, "b": 1.0}
-    found = fb.analysis.allocate(angle, limit, costs, probability=2e-5)
-    assert (found["probability"], found["confidence_low"]) == (0.0, 0.0)
-    assert found["confidence_high"] >= 1e-4
-    assert 1e-5 < found["surrogate_probability"] < 2e-5
-    assert np.isnan(found["at_each_time"]).all()
-    assert "probability below 0.0001; the surrogate alone finds" in found.attrs["verdict"]
-    judged = fb.analysis.allocate(angle, limit, costs, probability=2e-5, response=arc)
-    assert 0.0 < judged["run_probability"] <= 2e-5
-    assert "Confirmed" in judged.attrs["verdict"]
+    allocation = fb.analysis.allocate(angle, limit, costs, probability=2e-5)
+    assert (allocation["probability"], allocation["confidence_low"]) == (0.0, 0.0)
+    assert allocation["confidence_high"] >= 1e-4
+    assert 1e-5 < allocation["surrogate_probability"] < 2e-5
+    assert np.isnan(allocation["at_each_time"]).all()
+    assert "probability below 0.0001; the surrogate alone finds" in allocation.attrs["verdict"]
+    by_runs = fb.analysis.allocate(angle, limit, costs, probability=2e-5, response=arc)
+    assert 0.0 < by_runs["run_probability"] <= 2e-5
+    assert "Confirmed" in by_runs.attrs["verdict"]
 
 
 def test_the_interval_allows_for_the_error_of_the_surrogate(angle):
     limit = fb.Limit(below=0.6)
     costs = {"a": 1.0, "b": 1.0}
-    found = fb.analysis.allocate(angle, limit, costs, probability=1e-2)
-    tolerances = {k: fb.Normal(0.0, float(found["tolerance"].sel(name=k))) for k in "ab"}
-    same = fb.analysis.failure_probability(angle.narrowed(**tolerances), limit, accuracy=0.02)
-    stated = [[float(np.ravel(one[k])[-1]) for k in ("confidence_low", "confidence_high")]
-              for one in (found, same)]  # fmt: skip
-    assert stated[0] == pytest.approx(stated[1], rel=0.1)
-    assert found["confidence_high"] > 1e-2
-    assert "runs of the model (response=…) tell whether it is above 0.01" in found.attrs["verdict"]
+    allocation = fb.analysis.allocate(angle, limit, costs, probability=1e-2)
+    tolerances = {k: fb.Normal(0.0, float(allocation["tolerance"].sel(name=k))) for k in "ab"}
+    probabilities = fb.analysis.failure_probability(
+        angle.narrowed(**tolerances), limit, accuracy=0.02
+    )
+    intervals = [[float(np.ravel(result[k])[-1]) for k in ("confidence_low", "confidence_high")]
+              for result in (allocation, probabilities)]  # fmt: skip
+    assert intervals[0] == pytest.approx(intervals[1], rel=0.1)
+    assert allocation["confidence_high"] > 1e-2
+    assert (
+        "runs of the model (response=…) tell whether it is above 0.01"
+        in allocation.attrs["verdict"]
+    )
 
 
 def test_no_probability_of_a_surrogate_that_missed_its_tolerance():
@@ -140,29 +150,29 @@ def test_no_probability_of_a_surrogate_that_missed_its_tolerance():
         return (np.tanh(2 * a) + b)[:, None]
 
     inputs = dict.fromkeys("ab", fb.Normal(0.0, 1.0))
-    rough = fb.expand(step, inputs, fb.AdaptivePCCI(1e-4, 20))
+    surrogate = fb.expand(step, inputs, fb.AdaptivePCCI(1e-4, 20))
     limit = fb.Limit(below=2.0)
     costs = {"a": 1.0, "b": 1.0}
     names = "probability", "confidence_low", "confidence_high", "at_each_time"
-    found = fb.analysis.allocate(rough, limit, costs, probability=1e-2)
-    assert all(np.isnan(found[name]).all() for name in (*names, "surrogate_probability"))
-    assert "not given by the surrogate, which missed its tolerance" in found.attrs["verdict"]
-    assert "above the tolerance of 0.01 %" in found.attrs["verdict"]
-    judged = fb.analysis.allocate(rough, limit, costs, probability=1e-2, response=step)
-    assert all(np.isnan(judged[name]).all() for name in names)
+    allocation = fb.analysis.allocate(surrogate, limit, costs, probability=1e-2)
+    assert all(np.isnan(allocation[name]).all() for name in (*names, "surrogate_probability"))
+    assert "not given by the surrogate, which missed its tolerance" in allocation.attrs["verdict"]
+    assert "above the tolerance of 0.01 %" in allocation.attrs["verdict"]
+    by_runs = fb.analysis.allocate(surrogate, limit, costs, probability=1e-2, response=step)
+    assert all(np.isnan(by_runs[name]).all() for name in names)
     a, b = np.random.default_rng(5).standard_normal((2, 400_000))
-    s = judged["tolerance"].values
+    s = by_runs["tolerance"].values
     exact = float(np.mean(step(s[0] * a, s[1] * b) > 2.0))
-    assert judged["run_probability"] == pytest.approx(exact, rel=0.3)
-    narrow = rough.narrowed(a=fb.Normal(0.0, 0.5))  # nor of a part of it
+    assert by_runs["run_probability"] == pytest.approx(exact, rel=0.3)
+    narrow = surrogate.narrowed(a=fb.Normal(0.0, 0.5))  # nor of a part of it
     assert np.isnan(fb.analysis.failure_probability(narrow, limit)["probability"]).all()
 
 
 def test_the_largest_scatter_is_likely_enough(plane):
-    found = fb.analysis.allocate(
+    allocation = fb.analysis.allocate(
         plane, fb.Limit(below=20.0), {"a": 1.0, "b": 1.0}, probability=0.01
     )
-    assert found["tolerance"].values.tolist() == [1.0, 1.0]
+    assert allocation["tolerance"].values.tolist() == [1.0, 1.0]
 
 
 def test_sizes_and_scatter_for_a_probability():
@@ -172,17 +182,17 @@ def test_sizes_and_scatter_for_a_probability():
 
     inputs = {"a": fb.Sizing(-1.0, 1.0), "b": fb.Normal(0.0, 1.0)}
     surrogate = fb.expand(valleys, inputs, fb.PCCI(1, 4))
-    found = fb.analysis.allocate(surrogate, fb.Limit(below=1.0), {"b": 1.0}, probability=1e-3)
+    allocation = fb.analysis.allocate(surrogate, fb.Limit(below=1.0), {"b": 1.0}, probability=1e-3)
     p = valleys(np.linspace(-1, 1, 20001), 0.0).min()
-    assert found["tolerance"].item() == pytest.approx((1 - p) / -ndtri(1e-3), rel=0.02)
+    assert allocation["tolerance"].item() == pytest.approx((1 - p) / -ndtri(1e-3), rel=0.02)
 
 
 @pytest.mark.parametrize(
-    ("probability", "told"),
+    ("probability", "message"),
     [(0.0, "from 1e-08 to 0.3"), (0.5, "from 1e-08 to 0.3"), ("x", "probability")],
 )
-def test_refused_probabilities(plane, probability, told):
-    with pytest.raises(fb.errors.InputError, match=told):
+def test_refused_probabilities(plane, probability, message):
+    with pytest.raises(fb.errors.InputError, match=message):
         fb.analysis.allocate(plane, fb.Limit(below=1.0), {"a": 1.0}, probability=probability)
 
 

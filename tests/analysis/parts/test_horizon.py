@@ -16,7 +16,7 @@ EXAMPLE = runpy.run_path(str(Path(__file__).parents[3] / "examples" / "worn_pin.
 TIME = np.arange(0.0, 10.0, 0.01)
 
 
-def labelled(values, units=("m",), time=TIME):
+def with_labels(values, units=("m",), time=TIME):
     """Return a response with outputs y0, y1, … of these units."""
     names = [f"y{k}" for k in range(len(units))]
     coords = {"output": names, "unit": ("output", list(units)), "time": ("time", time)}
@@ -36,7 +36,7 @@ def folded(x, rate=1.0):
 def test_disturbances_that_grow_exponentially_have_the_horizon_of_the_closed_form(rate, change):
     """2/π · 5 change · e^(rate t) is a tenth of the width, which is 1."""
     horizon = predictability_horizon(
-        lambda x: labelled(folded(x, rate)[:, None]), {"x": fb.Interval(0.0, 5.0)}, change=change
+        lambda x: with_labels(folded(x, rate)[:, None]), {"x": fb.Interval(0.0, 5.0)}, change=change
     )
     exact = np.log(0.1 * np.pi / (2 * 5 * change)) / rate
     assert horizon["horizon"].attrs["units"] == "s"
@@ -68,7 +68,7 @@ def test_the_chaotic_map_of_chebyshev_doubles_disturbances():
 def test_periodic_motions_that_are_linear_in_the_inputs_have_no_horizon():
     inputs = {"a": fb.Interval(0.9, 1.1), "b": fb.Normal(0.0, 0.1)}
     horizon = predictability_horizon(
-        lambda a, b: labelled((a[:, None] * np.cos(TIME) + b[:, None])[:, None]), inputs
+        lambda a, b: with_labels((a[:, None] * np.cos(TIME) + b[:, None])[:, None]), inputs
     )
     assert horizon["predictable"].all()
     assert np.isinf(horizon["horizon_low"]).all()
@@ -78,19 +78,19 @@ def test_periodic_motions_that_are_linear_in_the_inputs_have_no_horizon():
 
 def test_each_input_is_changed_by_its_part_of_its_range_and_stays_inside():
     """± 3 standard deviations are the range of a normal input."""
-    seen = []
+    batches = []
 
     def response(a, b):
-        seen.append(np.stack([a, b]))
+        batches.append(np.stack([a, b]))
         return a + b
 
     inputs = {"a": fb.Interval(-1.0, 3.0), "b": fb.Normal(5.0, 2.0)}
     predictability_horizon(response, inputs, points=500, change=1e-2)
-    (values,) = seen
-    at, *beside = np.split(values, 3, axis=1)
-    changes = np.sort(np.abs(np.array(beside) - at).max(axis=2).max(axis=0))
+    (values,) = batches
+    at, *neighbours = np.split(values, 3, axis=1)
+    changes = np.sort(np.abs(np.array(neighbours) - at).max(axis=2).max(axis=0))
     assert changes == pytest.approx([4e-2, 12e-2])
-    assert ((np.array(beside) != at).sum(axis=1) == 1).all()
+    assert ((np.array(neighbours) != at).sum(axis=1) == 1).all()
     assert np.abs(values[0] - 1.0).max() < 2.0
 
 
@@ -105,7 +105,7 @@ def test_a_jump_that_comes_a_little_earlier_does_not_make_a_velocity_unpredictab
     units = ("m/s", "mm/min", "m")
 
     def response(x):
-        return labelled(np.stack([ball(x)] * 3, axis=1), units, time)
+        return with_labels(np.stack([ball(x)] * 3, axis=1), units, time)
 
     horizon = predictability_horizon(response, inputs, change=1e-3)
     assert horizon["predictable"].values.tolist() == [True, True, False]
@@ -119,7 +119,7 @@ def test_impacts_are_compared_in_order_and_their_horizon_is_their_instant():
     def response(x):
         instants = [k + (2.0 ** (2 * k) * x) % 1.0 for k in range(10)]
         values = np.broadcast_to(np.stack(instants, axis=1)[..., None], (len(x), 10, len(TIME)))
-        return labelled(values, ["s"] * 10)
+        return with_labels(values, ["s"] * 10)
 
     horizon = predictability_horizon(response, {"x": fb.Interval(0.0, 1.0)}, points=32)
     assert horizon["predictable"].values.tolist() == [True] * 5 + [False] * 5
@@ -133,7 +133,7 @@ def test_rounding_errors_are_predictable():
     def response(x):
         rng = np.random.default_rng(0)
         noise = 1e-18 * rng.standard_normal((len(x), len(TIME)))
-        return labelled(np.stack([x[:, None] * np.cos(TIME), noise], axis=1), ("m", "m"))
+        return with_labels(np.stack([x[:, None] * np.cos(TIME), noise], axis=1), ("m", "m"))
 
     assert predictability_horizon(response, inputs)["predictable"].all()
 
@@ -178,6 +178,6 @@ def test_a_worn_pin_is_predictable_at_a_twentieth_of_a_millimetre_and_not_at_hal
     ],
 )
 def test_bad_arguments_are_refused_by_name(arguments, message):
-    usual = {"inputs": {"x": fb.Interval(0.0, 1.0)}}
+    defaults = {"inputs": {"x": fb.Interval(0.0, 1.0)}}
     with pytest.raises(InputError, match=message):
-        predictability_horizon(folded, **(usual | arguments))
+        predictability_horizon(folded, **(defaults | arguments))

@@ -25,29 +25,29 @@ def test_confidence_intervals_hold_exact_quantiles_as_often_as_they_say():
     normal = np.random.default_rng(0).normal(size=(292, 1000))
     value, low, high = quantiles_of(normal, parts, 0.95, 0)
     exact = norm.ppf(parts)[:, None]
-    held = ((low <= exact) & (exact <= high)).mean(axis=1)
-    assert (held >= 0.94).all()
-    assert (held <= 0.98).all()
+    coverage = ((low <= exact) & (exact <= high)).mean(axis=1)
+    assert (coverage >= 0.94).all()
+    assert (coverage <= 0.98).all()
     assert value.mean(axis=1) == pytest.approx(exact[:, 0], abs=0.02)
 
 
 def test_quantiles_of_a_normal_input_are_in_their_intervals():
-    found = sample_parts(lambda x: x, {"x": fb.Normal(1.0, 2.0)})
+    sampling = sample_parts(lambda x: x, {"x": fb.Normal(1.0, 2.0)})
     exact = 1.0 + 2.0 * norm.ppf([0.05, 0.5, 0.95])
-    assert (found["quantile_low"].values[:, 0] <= exact).all()
-    assert (exact <= found["quantile_high"].values[:, 0]).all()
-    assert found.attrs["samples"] == found.attrs["runs"] == 292
+    assert (sampling["quantile_low"].values[:, 0] <= exact).all()
+    assert (exact <= sampling["quantile_high"].values[:, 0]).all()
+    assert sampling.attrs["samples"] == sampling.attrs["runs"] == 292
 
 
 def test_quantiles_of_counts_are_counts():
-    found = sample_parts(lambda a, b: np.floor(5 * (a + b)), TOLERANCES)
+    sampling = sample_parts(lambda a, b: np.floor(5 * (a + b)), TOLERANCES)
     for name in ("quantile", "quantile_low", "quantile_high"):
-        assert (found[name] == np.round(found[name])).all()
-    assert found["quantile"].values[1, 0] in (-1.0, 0.0)
+        assert (sampling[name] == np.round(sampling[name])).all()
+    assert sampling["quantile"].values[1, 0] in (-1.0, 0.0)
 
 
 @pytest.mark.parametrize(
-    ("probabilities", "allowed", "accuracy", "count"),
+    ("probabilities", "failing_shares", "accuracy", "count"),
     [
         ([0.5], [], 0.5, 16),
         ([0.05, 0.5, 0.95], [], 0.5, 292),
@@ -56,15 +56,17 @@ def test_quantiles_of_counts_are_counts():
         ([0.5], [1e-3], 0.5, 3688),  # 0.999^n ≤ 0.025
     ],
 )
-def test_the_number_of_samples_follows_from_what_is_asked(probabilities, allowed, accuracy, count):
-    assert needed_samples(np.array(probabilities), allowed, 0.95, accuracy) == count
+def test_the_number_of_samples_follows_from_what_is_asked(
+    probabilities, failing_shares, accuracy, count
+):
+    assert needed_samples(np.array(probabilities), failing_shares, 0.95, accuracy) == count
 
 
 def test_samples_that_are_too_few_leave_the_ends_open():
-    found = sample_parts(total, TOLERANCES, samples=71, probabilities=(0.95,))
-    assert np.isinf(found["quantile_high"].item())
-    found = sample_parts(total, TOLERANCES, samples=73, probabilities=(0.95,))
-    assert np.isfinite(found["quantile_high"].item())
+    sampling = sample_parts(total, TOLERANCES, samples=71, probabilities=(0.95,))
+    assert np.isinf(sampling["quantile_high"].item())
+    sampling = sample_parts(total, TOLERANCES, samples=73, probabilities=(0.95,))
+    assert np.isfinite(sampling["quantile_high"].item())
 
 
 @pytest.mark.parametrize(
@@ -74,8 +76,8 @@ def test_shares_have_the_intervals_of_clopper_and_pearson(hits, count, low, high
     share = share_of((hits, hits, hits), count, 0.95, 0)
     assert share == pytest.approx((hits / count, low, high), abs=1e-4)
     assert share_of((hits, hits, hits), count - 1, 0.95, 1)[2] > high
-    more = share_of((hits + 2,) * 3, count, 0.95, 0)
-    assert share_of((hits, hits, hits + 2), count, 0.95, 0) == (*share[:2], more[2])
+    larger_share = share_of((hits + 2,) * 3, count, 0.95, 0)
+    assert share_of((hits, hits, hits + 2), count, 0.95, 0) == (*share[:2], larger_share[2])
 
 
 def test_what_turns_between_the_times_may_leave_the_bounds_there():
@@ -88,31 +90,31 @@ def test_what_turns_between_the_times_may_leave_the_bounds_there():
         return xr.DataArray(curve[:, None], coords, ("sample", "output", "time"))
 
     limit = fb.Requirement("y", output="y", below=0.95)
-    found = sample_parts(bounce, {"at": fb.Interval(0.4, 0.6)}, requirements=limit, samples=200)
-    assert found["failing"][0] == pytest.approx(0.5, abs=0.06)
-    assert found["failing_high"][0] == 1.0
+    sampling = sample_parts(bounce, {"at": fb.Interval(0.4, 0.6)}, requirements=limit, samples=200)
+    assert sampling["failing"][0] == pytest.approx(0.5, abs=0.06)
+    assert sampling["failing_high"][0] == 1.0
 
 
 def test_the_yield_of_uniform_tolerances_is_that_of_irwin_and_hall():
     limits = [fb.Limit(below=1.0), fb.Requirement("low", above=-1.5)]
-    found = sample_parts(total, TOLERANCES, samples=4000, requirements=limits)
+    sampling = sample_parts(total, TOLERANCES, samples=4000, requirements=limits)
     exact = irwin_hall(1.5, 2), 1 - irwin_hall(0.25, 2)
-    assert found["limit"].values.tolist()[-1] == "any limit"
+    assert sampling["limit"].values.tolist()[-1] == "any limit"
     for k in range(2):
-        assert found["yield"][k] == pytest.approx(exact[k], abs=0.015)
-        assert found["yield_low"][k] < exact[k] < found["yield_high"][k]
-    assert found["failing"][2] == pytest.approx(found["failing"][:2].sum())
-    assert found.attrs["verdict"].startswith("response below 1: 8")
+        assert sampling["yield"][k] == pytest.approx(exact[k], abs=0.015)
+        assert sampling["yield_low"][k] < exact[k] < sampling["yield_high"][k]
+    assert sampling["failing"][2] == pytest.approx(sampling["failing"][:2].sum())
+    assert sampling.attrs["verdict"].startswith("response below 1: 8")
 
 
 def test_a_tolerance_without_a_distribution_is_uniform_and_this_is_said():
     capability = fb.analysis.Capability(cp=1.5)
-    found = sample_parts(total, TOLERANCES, scatter={"a": capability}, samples=2000)
-    assert found.attrs["scatter"] == (
+    sampling = sample_parts(total, TOLERANCES, scatter={"a": capability}, samples=2000)
+    assert sampling.attrs["scatter"] == (
         "a: Capability(cp=1.5); b: Uniform(lower=-1.0, upper=1.0), assumed"
     )
     variances = np.array([(2 / 9) ** 2, 1 / 3])
-    shares = found["first_order"].values[:, 0]
+    shares = sampling["first_order"].values[:, 0]
     assert np.abs(shares - variances / variances.sum()).max() < 0.05
 
 
@@ -129,7 +131,7 @@ def test_requirements_hold_for_peaks_counts_and_windows():
         coords |= {"time": time}
         return xr.DataArray(values, coords, ("sample", "output", "time"))
 
-    found = sample_parts(
+    sampling = sample_parts(
         beats, {"size": fb.Interval(0.5, 1.5)}, samples=1000,
         quantities={"peak": Peak("wave"), "count": Final("count"), "late": Final("late")},
         requirements=[
@@ -138,10 +140,12 @@ def test_requirements_hold_for_peaks_counts_and_windows():
             fb.Limit("wave", below=1.25), fb.Limit("late", below=1.0),
         ],
     )  # fmt: skip
-    assert found["unit"].values.tolist() == ["N", "", "N"]
-    assert found["quantile"].sel(quantity="peak", probability=0.95) == pytest.approx(1.45, abs=0.02)
-    assert set(found["quantile"].sel(quantity="count").values) == {0.0, 4.0}
-    assert found["yield"].values[:4] == pytest.approx([0.75, 0.5, 0.75, 0.5], abs=0.04)
+    assert sampling["unit"].values.tolist() == ["N", "", "N"]
+    assert sampling["quantile"].sel(quantity="peak", probability=0.95) == pytest.approx(
+        1.45, abs=0.02
+    )
+    assert set(sampling["quantile"].sel(quantity="count").values) == {0.0, 4.0}
+    assert sampling["yield"].values[:4] == pytest.approx([0.75, 0.5, 0.75, 0.5], abs=0.04)
     extremes = sample_parts(beats, {"size": fb.Interval(0.5, 1.5)}, samples=100)
     assert "largest wave" in extremes["quantity"]
     assert extremes["quantile"].sel(quantity="smallest wave").values == pytest.approx(0, abs=1e-12)
@@ -154,56 +158,58 @@ def ishigami(x):
 def test_first_order_indices_are_those_of_ishigami_within_their_errors():
     """Ishigami and Homma: 0.3139, 0.4424, 0; of 100 sets of samples."""
     exact = np.array([0.3139, 0.4424, 0.0])
-    held = np.zeros(3)
+    coverage_counts = np.zeros(3)
     all_errors = []
-    all_found = []
+    all_indices = []
     for seed in range(100):
         x = np.random.default_rng(seed).uniform(-np.pi, np.pi, (1000, 3))
-        found, errors = (v[:, 0] for v in first_order(x, ishigami(x)[:, None], 0.95))
-        held += np.abs(found - exact) <= errors
-        all_found.append(found)
+        indices, errors = (v[:, 0] for v in first_order(x, ishigami(x)[:, None], 0.95))
+        coverage_counts += np.abs(indices - exact) <= errors
+        all_indices.append(indices)
         all_errors.append(errors)
-    assert np.mean(all_found, axis=0) == pytest.approx(exact, abs=0.01)
-    assert (held >= 87).all()
-    assert np.mean(all_errors, axis=0) == pytest.approx(1.96 * np.std(all_found, axis=0), rel=0.25)
+    assert np.mean(all_indices, axis=0) == pytest.approx(exact, abs=0.01)
+    assert (coverage_counts >= 87).all()
+    assert np.mean(all_errors, axis=0) == pytest.approx(
+        1.96 * np.std(all_indices, axis=0), rel=0.25
+    )
 
 
 def test_first_order_indices_of_a_linear_response_are_shares_of_the_variance():
     inputs = {f"x{k}": fb.Normal(0.0, k + 1.0) for k in range(3)}
-    found = sample_parts(lambda x0, x1, x2: x0 + x1 + x2, inputs, samples=4000, seed=1)
-    shares = found["first_order"][:, 0]
-    errors = found["first_order_error"][:, 0]
+    sampling = sample_parts(lambda x0, x1, x2: x0 + x1 + x2, inputs, samples=4000, seed=1)
+    shares = sampling["first_order"][:, 0]
+    errors = sampling["first_order_error"][:, 0]
     assert (np.abs(shares - np.array([1, 4, 9]) / 14) <= errors).all()
     assert (errors < 0.05).all()
 
 
 def test_a_number_that_does_not_vary_depends_on_nothing():
     quantities = {"zero": lambda F: 0 * F}
-    found = sample_parts(total, TOLERANCES, samples=50, quantities=quantities)
-    assert (found["first_order"] == 0).all()
-    assert (found["first_order_error"] == 0).all()
+    sampling = sample_parts(total, TOLERANCES, samples=50, quantities=quantities)
+    assert (sampling["first_order"] == 0).all()
+    assert (sampling["first_order_error"] == 0).all()
 
 
 def test_samples_in_a_store_survive_a_kill_and_serve_larger_numbers(tmp_path):
-    made = []
+    batch_sizes = []
 
     def response(a, b):
-        if len(made) >= 3:
+        if len(batch_sizes) >= 3:
             raise KeyboardInterrupt
-        made.append(len(a))
+        batch_sizes.append(len(a))
         return a + b
 
-    def again(samples):
+    def sample(samples):
         return sample_parts(response, TOLERANCES, samples=samples, batch=16, store=tmp_path)
 
     with pytest.raises(KeyboardInterrupt):
-        again(64)
-    before = sum(made)
-    made[:] = []
-    found = again(48)
+        sample(64)
+    first_count = sum(batch_sizes)
+    batch_sizes[:] = []
+    sampling = sample(48)
     exact = sample_parts(total, TOLERANCES, samples=48)
-    assert before + sum(made) == 48
-    xr.testing.assert_equal(found, exact)
+    assert first_count + sum(batch_sizes) == 48
+    xr.testing.assert_equal(sampling, exact)
 
 
 def test_runs_that_fail_may_have_met_a_requirement_or_not(tmp_path):
@@ -211,15 +217,15 @@ def test_runs_that_fail_may_have_met_a_requirement_or_not(tmp_path):
         return np.where(a > 0.9, np.nan, a + b)
 
     limit = fb.Limit(below=1.0)
-    found = sample_parts(response, TOLERANCES, samples=400, requirements=limit, failed="skip")
-    lost = found.attrs["runs_failed"]
-    assert 5 < lost < 40
-    assert found.attrs["samples"] == 400 - lost
-    whole = sample_parts(total, TOLERANCES, samples=400, requirements=limit)
-    assert found["failing_low"][0] <= whole["failing_low"][0]
-    assert found["failing_high"][0] >= whole["failing_high"][0]
-    assert found["quantile_high"].values[2, 0] >= whole["quantile_high"].values[2, 0]
-    assert np.isinf(found["quantile_high"].values[2, 0])
+    sampling = sample_parts(response, TOLERANCES, samples=400, requirements=limit, failed="skip")
+    failure_count = sampling.attrs["runs_failed"]
+    assert 5 < failure_count < 40
+    assert sampling.attrs["samples"] == 400 - failure_count
+    complete = sample_parts(total, TOLERANCES, samples=400, requirements=limit)
+    assert sampling["failing_low"][0] <= complete["failing_low"][0]
+    assert sampling["failing_high"][0] >= complete["failing_high"][0]
+    assert sampling["quantile_high"].values[2, 0] >= complete["quantile_high"].values[2, 0]
+    assert np.isinf(sampling["quantile_high"].values[2, 0])
 
 
 @pytest.mark.parametrize(

@@ -54,10 +54,10 @@ def test_a_surrogate_without_a_judge_states_no_probability_and_runs_give_it_one(
     surrogate = fb.expand(lever, {"L": LENGTH, "t": ANGLE}, fb.PCCI())
     limit = fb.Limit(below=2.5)
     exact = lever_is_longer(2.5)
-    alone = fb.analysis.failure_probability(surrogate, limit)
-    assert interval_of(alone) == interval_of(alone, "between_times") == [0.0, 1.0]
-    assert alone.attrs["error"] == "not judged by runs"
-    assert "No runs judge its tails" in alone.attrs["verdict"]
+    without_runs = fb.analysis.failure_probability(surrogate, limit)
+    assert interval_of(without_runs) == interval_of(without_runs, "between_times") == [0.0, 1.0]
+    assert without_runs.attrs["error"] == "not judged by runs"
+    assert "No runs judge its tails" in without_runs.attrs["verdict"]
     verified = fb.verify(surrogate, lever)
     of_verified = fb.analysis.failure_probability(verified, limit)
     assert interval_of(of_verified) == [0.0, 1.0]  # they say nothing about tails
@@ -84,17 +84,17 @@ def test_a_surrogate_without_a_judge_states_no_probability_and_runs_give_it_one(
 )
 def test_worst_cases_are_not_decided_by_what_no_run_has_judged(response, inputs, method, limit):
     surrogate = fb.expand(response, inputs, method)
-    for each in (surrogate, fb.verify(surrogate, response)):
-        found = fb.analysis.check_limits(each, limit)
-        assert found["verdict"].values.item() == LimitVerdict.UNDECIDED
+    for candidate in (surrogate, fb.verify(surrogate, response)):
+        margins = fb.analysis.check_limits(candidate, limit)
+        assert margins["verdict"].values.item() == LimitVerdict.UNDECIDED
     verified = fb.verify(surrogate, response)
     bands = verified.bands()
     place = np.linspace(-1, 1, 401)
     (name,) = inputs
     true = response(place)
     for bound, value in (("lower", true.min()), ("upper", true.max())):
-        missed = abs(bands["mean"].sel(bound=bound).item() - value)
-        assert missed < 2 * float(bands["mean_expected_error"].max()), name
+        error = abs(bands["mean"].sel(bound=bound).item() - value)
+        assert error < 2 * float(bands["mean_expected_error"].max()), name
 
 
 def test_what_an_exact_surrogate_keeps_is_kept_once_runs_have_judged_it():
@@ -117,12 +117,15 @@ def test_a_verified_surrogate_is_saved_with_its_runs(tmp_path):
     surrogate = fb.expand(lambda x, e: np.exp(x / 4 + e)[:, None], inputs, fb.PCCI(2, 2))
     verified = fb.verify(surrogate, lambda x, e: np.exp(x / 4 + e)[:, None])
     fb.save_surrogate(verified, tmp_path / "s.npz")
-    loaded = fb.load_surrogate(tmp_path / "s.npz")
-    assert loaded.verification.identical(verified.verification)
+    copy = fb.load_surrogate(tmp_path / "s.npz")
+    assert copy.verification.identical(verified.verification)
     part = {"e": fb.Interval(-0.5, 0.5)}
-    for one, other in ((loaded, verified), (loaded.narrowed(**part), verified.narrowed(**part))):
+    for actual, expected in (
+        (copy, verified),
+        (copy.narrowed(**part), verified.narrowed(**part)),
+    ):
         np.testing.assert_array_equal(
-            one.bands()["error_bar_expected_error"], other.bands()["error_bar_expected_error"]
+            actual.bands()["error_bar_expected_error"], expected.bands()["error_bar_expected_error"]
         )
     narrow = verified.narrowed(**part).bands()["error_bar_expected_error"]
     assert float(narrow.max()) <= float(verified.bands()["error_bar_expected_error"].max())
@@ -145,14 +148,16 @@ def test_a_verified_surrogate_is_saved_with_its_runs(tmp_path):
 def test_a_study_runs_the_model_where_a_required_probability_is_decided(
     tmp_path, response, inputs, method, limit, exact, factor
 ):
-    allowed = fb.Requirement("q", below=limit, criterion=fb.analysis.Probability(factor * exact))
-    study = fb.Study(response, inputs, method, requirements=[allowed])
+    requirement = fb.Requirement(
+        "q", below=limit, criterion=fb.analysis.Probability(factor * exact)
+    )
+    study = fb.Study(response, inputs, method, requirements=[requirement])
     result = study.run_in(tmp_path)
     (verdict,) = result.verdicts
     assert verdict.verdict in (Verdict.PASS if factor > 1 else Verdict.FAIL, Verdict.UNDECIDED)
     assert verdict.share[1] <= exact <= verdict.share[2]
-    places, first_runs = divmod(int(result.limits.probability["runs"].max()), 64)
-    assert places in (1, 2, 3)
+    place_count, first_runs = divmod(int(result.limits.probability["runs"].max()), 64)
+    assert place_count in (1, 2, 3)
     assert first_runs == 16
     without = study.run_in(tmp_path / "without", fb.RunOptions(verification_runs=0))
     (verdict,) = without.verdicts
@@ -252,11 +257,11 @@ def test_a_discrepancy_with_a_kink_is_known_where_runs_are():
     x = np.linspace(-3, 3, 25)[:, None]
     places = np.linspace(-2.9, 2.9, 200)[:, None]
     kink = DiscrepancyModel(x, np.abs(x[:, 0]))
-    apart = np.abs(kink.expected(places) - np.abs(places[:, 0]))
-    assert apart.max() < 0.15
-    assert apart.mean() < 0.02
-    assert np.mean(apart <= 2 * kink.scatter(places)) > 0.95
+    errors = np.abs(kink.expected(places) - np.abs(places[:, 0]))
+    assert errors.max() < 0.15
+    assert errors.mean() < 0.02
+    assert np.mean(errors <= 2 * kink.scatter(places)) > 0.95
     quadratic = DiscrepancyModel(x, x[:, 0] ** 2 - 1)
-    far = np.array([[5.0]])
-    assert abs(quadratic.expected(far)[0] - 24.0) < 1e-2
-    assert quadratic.scatter(far)[0] < 0.1
+    remote_point = np.array([[5.0]])
+    assert abs(quadratic.expected(remote_point)[0] - 24.0) < 1e-2
+    assert quadratic.scatter(remote_point)[0] < 0.1

@@ -20,15 +20,15 @@ def test_regions_that_levels_lead_away_from_are_found():
         return np.minimum(first, second)
 
     exact = 1 - ndtr(4.0) * ndtr(5.0)
-    rough = ImportanceOptions().rough_factor
+    factor = ImportanceOptions().rough_factor
     for seed in range(5):
         rng = np.random.default_rng(seed)
-        found = rare(piecewise, 2, rng)
-        mixture = mixture_around(piecewise, found.u, rng)
+        region = rare(piecewise, 2, rng)
+        mixture = mixture_around(piecewise, region.u, rng)
         u = mixture.sample(4000, rng)
         probability = np.mean(mixture.weights(u) * (piecewise(u) < 0))
         assert probability == pytest.approx(exact, rel=0.1)
-        assert exact / rough < found.probability < exact * rough
+        assert exact / factor < region.probability < exact * factor
 
 
 def test_narrow_regions_of_a_vibration_are_found():

@@ -30,9 +30,9 @@ def truss(**inputs):
         matrix[at] += (stiffness / length)[:, None, None] * np.outer(row, row)
     force = np.zeros((len(e1), 26))
     force[:, 15::2] = -np.transpose(loads)
-    free = [k for k in range(26) if k not in (0, 1, 13)]
-    moved = np.linalg.solve(matrix[:, free][:, :, free], force[:, free, None])
-    return -moved[:, free.index(7)]
+    free_dofs = [k for k in range(26) if k not in (0, 1, 13)]
+    displacement = np.linalg.solve(matrix[:, free_dofs][:, :, free_dofs], force[:, free_dofs, None])
+    return -displacement[:, free_dofs.index(7)]
 
 
 TRUSS = {
@@ -46,17 +46,17 @@ truss.__signature__ = inspect.Signature(
 PUBLISHED = {0.10: 4.29e-2, 0.12: 1.50e-3, 0.16: 6.03e-7}
 
 
-def interval(found):
+def interval(probabilities):
     """Return a probability and the ends of its interval, at the upper bound."""
-    one = found.sel(bound="upper").isel(limit=0)
-    return [float(one[k]) for k in ("probability", "confidence_low", "confidence_high")]
+    upper = probabilities.sel(bound="upper").isel(limit=0)
+    return [float(upper[k]) for k in ("probability", "confidence_low", "confidence_high")]
 
 
 def test_a_truss_leaves_its_limits_as_published():
     surrogate = fb.expand(truss, TRUSS, fb.AdaptivePCCI(tolerance=0.005))
     for limit, exact in PUBLISHED.items():
-        found = fb.analysis.failure_probability(surrogate, fb.Limit(below=limit))
-        value, low, high = interval(found)
+        probabilities = fb.analysis.failure_probability(surrogate, fb.Limit(below=limit))
+        value, low, high = interval(probabilities)
         assert low <= exact <= high
         if exact > 1e-4:
             assert value == pytest.approx(exact, rel=0.1)
@@ -64,14 +64,17 @@ def test_a_truss_leaves_its_limits_as_published():
         else:
             assert (value, low) == (0.0, 0.0)
             assert high == pytest.approx(1e-4, rel=0.2)
-            alone = float(found["surrogate_probability"].sel(bound="upper")[0])
-            assert 0.3 * exact < alone < 3 * exact
-            assert f"below 0.0001; the surrogate alone finds {alone:.2g}" in found.attrs["verdict"]
-            assert "response=" in found.attrs["verdict"]
-    judged = fb.analysis.failure_probability(
+            surrogate_value = float(probabilities["surrogate_probability"].sel(bound="upper")[0])
+            assert 0.3 * exact < surrogate_value < 3 * exact
+            assert (
+                f"below 0.0001; the surrogate alone finds {surrogate_value:.2g}"
+                in probabilities.attrs["verdict"]
+            )
+            assert "response=" in probabilities.attrs["verdict"]
+    by_runs = fb.analysis.failure_probability(
         surrogate, fb.Limit(below=0.16), response=truss, runs=32
     )
-    value, low, high = interval(judged)
+    value, low, high = interval(by_runs)
     assert 0.0 < low <= PUBLISHED[0.16] <= high < 3 * low
     assert value == pytest.approx(PUBLISHED[0.16], rel=0.25)
 
@@ -83,9 +86,9 @@ def test_what_cannot_be_exceeded_has_no_probability_but_a_bound():
         return np.arctan(0.4 * x)[:, None]
 
     surrogate = fb.expand(angle, {"x": NORMAL}, fb.AdaptivePCCI(tolerance=0.01))
-    found = fb.analysis.failure_probability(surrogate, fb.Limit(below=1.35))
-    assert interval(found) == [0.0, 0.0, pytest.approx(1e-4, rel=0.2)]
-    assert np.all(found["at_each_time"] == 0.0)
+    probabilities = fb.analysis.failure_probability(surrogate, fb.Limit(below=1.35))
+    assert interval(probabilities) == [0.0, 0.0, pytest.approx(1e-4, rel=0.2)]
+    assert np.all(probabilities["at_each_time"] == 0.0)
     assert norm.sf(np.tan(1.35) / 0.4) < 1e-26
 
 
@@ -98,12 +101,14 @@ def test_an_exact_surrogate_states_its_tails_and_runs_must_say_so():
     methods = fb.AdaptivePCCI(), fb.PCCI(2, 1), fb.methods.PerturbationChebyshev(1)
     for method in methods:
         surrogate = fb.verify(fb.expand(line, {"x": NORMAL}, method), line)
-        found = fb.analysis.failure_probability(surrogate, limit)
-        value, low, high = interval(found)
+        probabilities = fb.analysis.failure_probability(surrogate, limit)
+        value, low, high = interval(probabilities)
         assert low < exact < high
         assert value == pytest.approx(exact, rel=0.08)
-    rough = fb.analysis.failure_probability(fb.expand(line, {"x": NORMAL}, fb.PCCI(2, 1)), limit)
-    assert interval(rough) == [0.0, 0.0, 1.0]  # whether order 2 is enough is not known
+    without_runs = fb.analysis.failure_probability(
+        fb.expand(line, {"x": NORMAL}, fb.PCCI(2, 1)), limit
+    )
+    assert interval(without_runs) == [0.0, 0.0, 1.0]  # whether order 2 is enough is not known
 
 
 def test_a_bound_holds_for_the_worst_option():
@@ -112,11 +117,11 @@ def test_a_bound_holds_for_the_worst_option():
 
     inputs = {"x": NORMAL, "kind": fb.Choice("steel", "brass")}
     surrogate = fb.expand(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
-    found = fb.analysis.failure_probability(surrogate, fb.Limit(below=2.3))
-    _, low, high = interval(found)
+    probabilities = fb.analysis.failure_probability(surrogate, fb.Limit(below=2.3))
+    _, low, high = interval(probabilities)
     exact = norm.sf(np.log(2.3 / 1.1) / 0.3)
     assert low <= exact <= high
-    assert found["probability_choice"].sel(bound="upper").values.tolist() == ["brass"]
+    assert probabilities["probability_choice"].sel(bound="upper").values.tolist() == ["brass"]
 
 
 def test_a_bound_of_one_option_is_not_hidden_by_a_smaller_number_of_another():
@@ -130,25 +135,25 @@ def test_a_bound_of_one_option_is_not_hidden_by_a_smaller_number_of_another():
     inputs = {"x": NORMAL, "kind": fb.Choice("angle", "line")}
     surrogate = fb.expand(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
     limit = fb.Limit(below=1.35, above=-0.3)
-    found = fb.analysis.failure_probability(surrogate, fb.Limit(below=1.35))
-    least, most = (found.sel(bound=bound).isel(limit=0) for bound in ("lower", "upper"))
-    assert most["confidence_high"] >= 1e-4
-    assert most["probability_choice"] == "angle"
-    assert least["confidence_low"] == 0.0
-    assert least["confidence_high"] < 6e-5
-    each = fb.analysis.failure_probability(surrogate, limit).sel(bound="upper").isel(limit=0)
-    assert each["at_each_time"].values[1] == pytest.approx(norm.sf(3.0), rel=0.1)
+    probabilities = fb.analysis.failure_probability(surrogate, fb.Limit(below=1.35))
+    lower, upper = (probabilities.sel(bound=bound).isel(limit=0) for bound in ("lower", "upper"))
+    assert upper["confidence_high"] >= 1e-4
+    assert upper["probability_choice"] == "angle"
+    assert lower["confidence_low"] == 0.0
+    assert lower["confidence_high"] < 6e-5
+    two_sided = fb.analysis.failure_probability(surrogate, limit).sel(bound="upper").isel(limit=0)
+    assert two_sided["at_each_time"].values[1] == pytest.approx(norm.sf(3.0), rel=0.1)
 
 
 @pytest.mark.parametrize("seed", [61012, 61159, 61205])
 def test_intervals_allow_for_what_is_missed_beyond_the_bulk(seed):
     """Of benchmarks/probability/tails.py: exponentials and a bend that the surrogate rounds."""
-    one = outcome(Case.drawn(seed), seed, 0)
-    assert one.held
-    assert not 0.85 < one.surrogate < 1.18  # 0.803 to 0.796, as the kernel of OpenBLAS rounds
+    result = outcome(Case.drawn(seed), seed, 0)
+    assert result.held
+    assert not 0.85 < result.surrogate < 1.18  # 0.803 to 0.796, as the kernel of OpenBLAS rounds
 
 
 def test_a_sample_of_rare_failures():
-    found = [outcome(Case.drawn(seed), seed, 0) for seed in range(90_001, 90_005)]
-    assert all(one.held for one in found)
-    assert all(one.given or one.stated[2] * one.level >= 1e-4 for one in found)
+    outcomes = [outcome(Case.drawn(seed), seed, 0) for seed in range(90_001, 90_005)]
+    assert all(result.held for result in outcomes)
+    assert all(result.given or result.stated[2] * result.level >= 1e-4 for result in outcomes)

@@ -26,7 +26,7 @@ def of_linear():
 
 
 def test_a_sum_has_a_closed_form(of_linear):
-    found = fb.analysis.contributions(of_linear, sigmas=2.0, shapley=True)
+    contributions = fb.analysis.contributions(of_linear, sigmas=2.0, shapley=True)
     root = np.sqrt(5.0)
     expected = {
         "a": 4 * (root - 2) * (1 + T),
@@ -35,26 +35,32 @@ def test_a_sum_has_a_closed_form(of_linear):
         "f": 2 * T,
     }
     width = 4 * root * (1 + T) + 8 * T
-    np.testing.assert_allclose(found["width"], width, rtol=1e-12)
-    for name, own in expected.items():
-        np.testing.assert_allclose(found["contribution"].sel(name=name), own, atol=1e-12)
+    np.testing.assert_allclose(contributions["width"], width, rtol=1e-12)
+    for name, value in expected.items():
+        np.testing.assert_allclose(contributions["contribution"].sel(name=name), value, atol=1e-12)
     rest = width - sum(expected.values())
-    np.testing.assert_allclose(found["interaction"], rest, atol=1e-12)
+    np.testing.assert_allclose(contributions["interaction"], rest, atol=1e-12)
     # the two random inputs share 4 √5 (1 + t): fixing one alone saves √5 − 2 or √5 − 1, the last
     # one 1 or 2
     shares = {"a": (root - 2 + 1) / 2, "b": (root - 1 + 2) / 2}
-    for name, own in shares.items():
-        np.testing.assert_allclose(found["shapley"].sel(name=name), 4 * own * (1 + T), atol=1e-12)
-    np.testing.assert_allclose(found["shapley"].sel(name="e"), 6 * T, atol=1e-12)
-    np.testing.assert_allclose(found["shapley"].sum("name"), width, rtol=1e-12)
+    for name, value in shares.items():
+        np.testing.assert_allclose(
+            contributions["shapley"].sel(name=name), 4 * value * (1 + T), atol=1e-12
+        )
+    np.testing.assert_allclose(contributions["shapley"].sel(name="e"), 6 * T, atol=1e-12)
+    np.testing.assert_allclose(contributions["shapley"].sum("name"), width, rtol=1e-12)
     mean = (1 + T).mean() * 4 * shares["a"] / width.mean()
-    assert float(found["shapley_mean_share"].sel(name="a")) == pytest.approx(mean, rel=1e-12)
+    assert float(contributions["shapley_mean_share"].sel(name="a")) == pytest.approx(
+        mean, rel=1e-12
+    )
     last = 8 * shares["b"] / width[-1]
-    assert float(found["shapley_share_at_widest"].sel(name="b")) == pytest.approx(last, rel=1e-12)
-    assert list(found["name"].values) == ["b", "e", "a", "f"]
+    assert float(contributions["shapley_share_at_widest"].sel(name="b")) == pytest.approx(
+        last, rel=1e-12
+    )
+    assert list(contributions["name"].values) == ["b", "e", "a", "f"]
     share = expected["e"][-1] / width[-1]
-    assert found["share_at_widest"].sel(name="e") == pytest.approx(share, rel=1e-12)
-    assert found["worst_at"].sel(input="e", bound="upper").values[-1] == 1.0
+    assert contributions["share_at_widest"].sel(name="e") == pytest.approx(share, rel=1e-12)
+    assert contributions["worst_at"].sel(input="e", bound="upper").values[-1] == 1.0
 
 
 OF_ALL_KINDS = {
@@ -79,7 +85,7 @@ def all_contributions():
 
 @pytest.mark.parametrize("name", ["k", "scale", "scale.mean", "road", "pair"])
 def test_contributions_are_those_of_studies_with_the_input_fixed(name, all_contributions):
-    found = all_contributions
+    contributions = all_contributions
     lognormal = fb.LogNormal(mean=2.0, cv=0.1)
     fixed = {
         "k": {"k": 0.0},
@@ -88,21 +94,21 @@ def test_contributions_are_those_of_studies_with_the_input_fixed(name, all_contr
         "road": {"road": fb.RandomField(1.0, 1e-9, 0.7, domain=(0.0, 1.0), terms=2)},
         "pair": {"x": 1.0, "y": 2.0},
     }[name]
-    own = {k: one for k, one in OF_ALL_KINDS.items() if k != name}
+    free_inputs = {k: distribution for k, distribution in OF_ALL_KINDS.items() if k != name}
     random = ORDERS.keys() - {"scale": {"scale"}, "pair": {"x", "y"}}.get(name, set())
     method = fb.PCCI({k: ORDERS[k] for k in random}, 4)
     if name == "scale":  # at the mean of the middle, moved with the mean by the p-box
-        own = own | {"s": fb.Interval(1.9, 2.1)}
+        free_inputs = free_inputs | {"s": fb.Interval(1.9, 2.1)}
         fixed = {}
 
         def narrower(s, **others):
             return of_all_kinds(scale=s, **others)
     else:
         narrower = of_all_kinds
-    bands = fb.propagate(narrower, own | fixed, method)
+    bands = fb.propagate(narrower, free_inputs | fixed, method)
     width = (bands["error_bar"][1] - bands["error_bar"][0]).values
-    expected = found["width"].values - width
-    np.testing.assert_allclose(found["contribution"].sel(name=name), expected, atol=2e-6)
+    expected = contributions["width"].values - width
+    np.testing.assert_allclose(contributions["contribution"].sel(name=name), expected, atol=2e-6)
 
 
 def test_inputs_are_fixed_at_their_means():
@@ -111,22 +117,26 @@ def test_inputs_are_fixed_at_their_means():
     for inputs in ({"x": x, "y": y}, {"pair": fb.Correlated({"x": x, "y": y}, 0.5)}):
         inputs |= {"e": fb.Interval(-1.0, 1.0)}
         surrogate = fb.expand(lambda x, y, e: x * y * e, inputs, fb.PCCI(4, 1))
-        found = fb.analysis.contributions(surrogate)
+        contributions = fb.analysis.contributions(surrogate)
         if "pair" in inputs:
-            left = found["width"] - found["contribution"].sel(name="pair")
-            assert float(left) == pytest.approx(2 * 1.0 * 2.0, rel=5e-3)
+            remaining_width = contributions["width"] - contributions["contribution"].sel(
+                name="pair"
+            )
+            assert float(remaining_width) == pytest.approx(2 * 1.0 * 2.0, rel=5e-3)
         else:
-            left = found["width"] - found["contribution"].sel(name="x")
-            own = fb.propagate(lambda y, e: y * e, {"y": y, "e": inputs["e"]}, fb.PCCI(4, 1))
-            assert float(left) == pytest.approx(float(np.ptp(own["error_bar"].values)), rel=2e-3)
+            remaining_width = contributions["width"] - contributions["contribution"].sel(name="x")
+            reference = fb.propagate(lambda y, e: y * e, {"y": y, "e": inputs["e"]}, fb.PCCI(4, 1))
+            assert float(remaining_width) == pytest.approx(
+                float(np.ptp(reference["error_bar"].values)), rel=2e-3
+            )
 
 
 def test_measured_values_are_fixed_at_their_mean():
     values = np.random.default_rng(3).normal(2.0, 0.2, 400)
     inputs = {"x": fb.Samples(values), "e": fb.Interval(-1.0, 1.0)}
-    found = fb.analysis.contributions(fb.expand(lambda x, e: x * e, inputs, fb.PCCI(3, 1)))
-    left = found["width"] - found["contribution"].sel(name="x")
-    assert float(left) == pytest.approx(2 * values.mean(), rel=1e-3)
+    contributions = fb.analysis.contributions(fb.expand(lambda x, e: x * e, inputs, fb.PCCI(3, 1)))
+    remaining_width = contributions["width"] - contributions["contribution"].sel(name="x")
+    assert float(remaining_width) == pytest.approx(2 * values.mean(), rel=1e-3)
 
 
 def test_tolerances_may_interact_negatively():
@@ -140,19 +150,21 @@ def test_tolerances_may_interact_negatively():
         return e * f
 
     inputs = {"e": fb.Interval(-1, 1), "f": fb.Interval(-1, 1)}
-    found = fb.analysis.contributions(fb.expand(product, inputs, fb.PCCI(1, 1)))
-    assert found["interaction"] == pytest.approx(-2.0)  # either alone removes the whole width
+    contributions = fb.analysis.contributions(fb.expand(product, inputs, fb.PCCI(1, 1)))
+    assert contributions["interaction"] == pytest.approx(
+        -2.0
+    )  # either alone removes the whole width
 
 
 def test_options_and_bad_arguments(of_linear):
     inputs = INPUTS | {"kind": fb.Choice("one", "two")}
 
-    def chosen(a, b, e, f, kind):
+    def response(a, b, e, f, kind):
         return linear(a, b, e, f) * np.where(kind == "two", 2.0, 1.0)[:, None]
 
-    found = fb.analysis.contributions(fb.expand(chosen, inputs, fb.PCCI(1, 1)))
+    contributions = fb.analysis.contributions(fb.expand(response, inputs, fb.PCCI(1, 1)))
     single = fb.analysis.contributions(of_linear)
-    np.testing.assert_allclose(found["width"], 2 * single["width"], rtol=1e-12)
+    np.testing.assert_allclose(contributions["width"], 2 * single["width"], rtol=1e-12)
     for changes, text in (
         ({"sigmas": 0.0}, "sigmas"),
         ({"shapley": 1}, "shapley must be True or False"),

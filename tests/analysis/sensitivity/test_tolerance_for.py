@@ -27,16 +27,16 @@ def surrogate():
 @pytest.mark.parametrize("sigmas", [1.0, 3.0])
 def test_linear_responses(surrogate, sigmas):
     # the width of x is 4 |e| + |f| + 2 k · 2 · 1.5 with full widths 3 and 2, that of y 3 · 2
-    whole = 12 + 2 + 6 * sigmas
-    found = fb.analysis.tolerance_for(surrogate, "e", 0.7, sigmas=sigmas)
-    factor = 1 - 0.3 * whole / 12
-    np.testing.assert_allclose(found["width"], [whole, 6], rtol=1e-9)
-    np.testing.assert_allclose(found["least_width"], [whole - 12, 6], rtol=1e-5)
-    assert float(found["factor"].sel(output="x")) == pytest.approx(factor, abs=2e-4)
-    assert float(found["tolerance"].sel(output="x")) == pytest.approx(1.5 * factor, abs=3e-4)
-    assert np.isnan(found["tolerance"].sel(output="y"))  # which does not depend on e
+    width = 12 + 2 + 6 * sigmas
+    tolerances = fb.analysis.tolerance_for(surrogate, "e", 0.7, sigmas=sigmas)
+    factor = 1 - 0.3 * width / 12
+    np.testing.assert_allclose(tolerances["width"], [width, 6], rtol=1e-9)
+    np.testing.assert_allclose(tolerances["least_width"], [width - 12, 6], rtol=1e-5)
+    assert float(tolerances["factor"].sel(output="x")) == pytest.approx(factor, abs=2e-4)
+    assert float(tolerances["tolerance"].sel(output="x")) == pytest.approx(1.5 * factor, abs=3e-4)
+    assert np.isnan(tolerances["tolerance"].sel(output="y"))  # which does not depend on e
     random = fb.analysis.tolerance_for(surrogate, "a", 0.9, sigmas=sigmas)
-    part = 1 - 0.1 * whole / (6 * sigmas)
+    part = 1 - 0.1 * width / (6 * sigmas)
     assert float(random["tolerance"].sel(output="x")) == pytest.approx(1.5 * part, abs=3e-4)
     assert float(
         fb.analysis.tolerance_for(surrogate, "f")["factor"].sel(output="y")
@@ -44,8 +44,8 @@ def test_linear_responses(surrogate, sigmas):
 
 
 def test_a_number_has_one_as_well():
-    own = fb.expand(lambda e, f: e + f, dict.fromkeys("ef", fb.Interval(0, 1)), fb.PCCI(1, 1))
-    assert float(fb.analysis.tolerance_for(own, "e", 0.75)["factor"]) == pytest.approx(
+    expansion = fb.expand(lambda e, f: e + f, dict.fromkeys("ef", fb.Interval(0, 1)), fb.PCCI(1, 1))
+    assert float(fb.analysis.tolerance_for(expansion, "e", 0.75)["factor"]) == pytest.approx(
         0.5, abs=2e-4
     )
 
@@ -70,10 +70,10 @@ def test_outputs_without_time_have_one_each_and_sizes_have_none():
         values = np.stack([a, 100 * b], axis=1)
         return xr.DataArray(values, dims=("sample", "output"), coords={"output": ["P", "Q"]})
 
-    own = fb.expand(two, dict.fromkeys("ab", fb.Interval(0, 1)), fb.PCCI(1, 1))
-    found = fb.analysis.tolerance_for(own, "a")["factor"]
-    assert float(found.sel(output="P")) == pytest.approx(0.5, abs=2e-4)
-    assert np.isnan(found.sel(output="Q"))
+    expansion = fb.expand(two, dict.fromkeys("ab", fb.Interval(0, 1)), fb.PCCI(1, 1))
+    factors = fb.analysis.tolerance_for(expansion, "a")["factor"]
+    assert float(factors.sel(output="P")) == pytest.approx(0.5, abs=2e-4)
+    assert np.isnan(factors.sel(output="Q"))
     inputs = {"a": fb.Sizing(0.5, 1.0, tolerance=0.1), "b": fb.Interval(0, 1)}
     with pytest.raises(fb.errors.InputError, match="which are b; got 'a'"):
         fb.analysis.tolerance_for(fb.expand(two, inputs, fb.PCCI(1, 1)), "a")

@@ -51,44 +51,48 @@ def surrogate():
 def test_right_expected_errors_are_confirmed_by_few_runs(surrogate):
     calls = []
 
-    def counted(e, f, x):
+    def counting(e, f, x):
         calls.append(len(e))
         return response(e, f, x)
 
-    verdicts = [fb.verify(surrogate, counted, seed=seed).verification.attrs for seed in range(25)]
-    assert sum(own["confirmed"] != "yes" for own in verdicts) <= 1
+    verdicts = [fb.verify(surrogate, counting, seed=seed).verification.attrs for seed in range(25)]
+    assert sum(record["confirmed"] != "yes" for record in verdicts) <= 1
     assert calls == [16] * 25
-    confirmed = "Estimate confirmed: 16 verification runs, 12 of them at the ends of"
-    assert verdicts[0]["verdict"].startswith(confirmed)
-    few = fb.verify(surrogate, response, runs=5, sigmas=3).verification
-    assert (few.attrs["runs"], few.attrs["sigmas"]) == (5, 3)
+    opening = "Estimate confirmed: 16 verification runs, 12 of them at the ends of"
+    assert verdicts[0]["verdict"].startswith(opening)
+    five_runs = fb.verify(surrogate, response, runs=5, sigmas=3).verification
+    assert (five_runs.attrs["runs"], five_runs.attrs["sigmas"]) == (5, 3)
 
 
 def test_verdicts_agree_with_their_numbers(surrogate):
     """Where an error above the expected one is confirmed, the least one with confidence is told."""
-    told = surrogate.diagnostics
+    diagnostics = surrogate.diagnostics
     words = set()
     for share in (0.1, 0.4, 0.6, 0.8, 1.0, 1.5):
-        own = told.assign(error_bar_expansion_error=told["error_bar_expansion_error"] * share)
+        estimates = diagnostics.assign(
+            error_bar_expansion_error=diagnostics["error_bar_expansion_error"] * share
+        )
         for seed in range(6):
-            checked = fb.verify(
-                replace(surrogate, diagnostics=own), response, runs=8, seed=seed
+            comparison = fb.verify(
+                replace(surrogate, diagnostics=estimates), response, runs=8, seed=seed
             ).verification
-            text, missed = checked.attrs["verdict"].rsplit(". ", 1)
-            assert missed.startswith("Effects in ")
-            both = r"2 verification runs and \d+ held-out runs, spread over all of it"
-            assert re.search(both, missed)
-            percents = [float(one) for one in re.findall(r"([\d.e-]+) % (?:of|or|is)", text)]
+            text, sentence = comparison.attrs["verdict"].rsplit(". ", 1)
+            assert sentence.startswith("Effects in ")
+            pattern = r"2 verification runs and \d+ held-out runs, spread over all of it"
+            assert re.search(pattern, sentence)
+            percents = [
+                float(percent) for percent in re.findall(r"([\d.e-]+) % (?:of|or|is)", text)
+            ]
             words.add(text.split(":")[0])
             if text.startswith("Estimate confirmed:"):
-                largest = float((checked["implied_error"] / checked["bar_width"]).max())
+                largest = float((comparison["implied_error"] / comparison["bar_width"]).max())
                 assert percents == [pytest.approx(100 * largest, rel=0.06)]
-                assert float((checked["missed"] / checked["allowed"]).max()) <= 1
+                assert float((comparison["missed"] / comparison["allowed"]).max()) <= 1
             elif text.startswith("Estimate confirmed"):
-                implied, least, expected = percents
-                assert least <= expected <= implied
-    sure = "Estimate confirmed"
-    assert words == {sure, f"{sure} as far as so few runs can tell", "NOT confirmed"}
+                estimate, lower_bound, expected = percents
+                assert lower_bound <= expected <= estimate
+    opening = "Estimate confirmed"
+    assert words == {opening, f"{opening} as far as so few runs can tell", "NOT confirmed"}
 
 
 def test_the_least_error_is_the_smallest_that_is_not_refuted():
@@ -99,25 +103,29 @@ def test_the_least_error_is_the_smallest_that_is_not_refuted():
         return np.mean([np.prod(1 + bet * (np.asarray(q) - 1)) for bet in bets])
 
     ratio = brentq(lambda r: evidence([r**2] * 16) - 20.0, 1.0, 2.0)
-    found = verification._at_least(np.full((16, 1), 9.0))
-    assert found == pytest.approx([3.0 / ratio], rel=1e-9)
+    least_error = verification._at_least(np.full((16, 1), 9.0))
+    assert least_error == pytest.approx([3.0 / ratio], rel=1e-9)
     square = np.random.default_rng(0).chisquare(1, (12, 3)) ** 3
-    for own, least in zip(square.T, verification._at_least(square), strict=True):
-        assert evidence(own / (1.001 * least) ** 2) < 60 < evidence(own / (0.999 * least) ** 2)
+    for sample, bound in zip(square.T, verification._at_least(square), strict=True):
+        assert (
+            evidence(sample / (1.001 * bound) ** 2) < 60 < evidence(sample / (0.999 * bound) ** 2)
+        )
 
 
 def test_expected_errors_that_are_too_small_are_found(surrogate):
-    told = surrogate.diagnostics
+    diagnostics = surrogate.diagnostics
     true = np.abs(surrogate.bands()["error_bar"] - bounds()).mean(("bound", "time"))
-    claimed = told["error_bar_expansion_error"].mean("time")
-    share = float((true / claimed).max()) / 10
+    expected_error = diagnostics["error_bar_expansion_error"].mean("time")
+    share = float((true / expected_error).max()) / 10
     assert share < 1
-    small = told.assign(error_bar_expansion_error=told["error_bar_expansion_error"] * share)
+    small = diagnostics.assign(
+        error_bar_expansion_error=diagnostics["error_bar_expansion_error"] * share
+    )
     wrong = replace(surrogate, diagnostics=small)
-    found = [
+    verdicts = [
         fb.verify(wrong, response, seed=seed).verification.attrs["confirmed"] for seed in range(10)
     ]
-    assert found.count("no") >= 9
+    assert verdicts.count("no") >= 9
 
 
 def bounds():
@@ -133,22 +141,22 @@ def bounds():
 
 
 def test_the_verdict_says_where_and_by_how_much(surrogate):
-    checked = fb.verify(surrogate, later).verification
-    assert checked["output"].values[~checked["confirmed"].values].tolist() == ["u7"]
-    verdict = checked.attrs["verdict"]
+    comparison = fb.verify(surrogate, later).verification
+    assert comparison["output"].values[~comparison["confirmed"].values].tolist() == ["u7"]
+    verdict = comparison.attrs["verdict"]
     assert verdict.startswith("NOT confirmed: 16 verification runs")
     assert "most in u7 at time" in verdict
     assert " s with e = " in verdict
-    one = checked.sel(output="u7")
-    run = int(one["missed_most_in"])
-    e = float(checked["run_values"].sel(input="e")[run])
+    row = comparison.sel(output="u7")
+    run = int(row["missed_most_in"])
+    e = float(comparison["run_values"].sel(input="e")[run])
     assert e > 0.9
-    assert TIMES[int(one["missed_most_at"])] >= 1
-    weight = checked["run_weight"].values
-    hit = weight * (checked["run_values"].sel(input="e").values > 0.9)
+    assert TIMES[int(row["missed_most_at"])] >= 1
+    weight = comparison["run_weight"].values
+    hit = weight * (comparison["run_values"].sel(input="e").values > 0.9)
     rms = np.sqrt(25.0 * np.mean(TIMES >= 1) * hit.mean())
-    assert float(one["missed"]) == pytest.approx(rms, rel=0.05)
-    assert float(one["implied_error"]) == pytest.approx(rms / 2, rel=0.05)
+    assert float(row["missed"]) == pytest.approx(rms, rel=0.05)
+    assert float(row["implied_error"]) == pytest.approx(rms / 2, rel=0.05)
 
 
 def test_of_many_inputs_a_verdict_names_those_that_are_farthest_out():
@@ -160,11 +168,13 @@ def test_of_many_inputs_a_verdict_names_those_that_are_farthest_out():
 
     surrogate = fb.expand(peak, inputs, fb.methods.RegressionPCCI(1))
     assert isinstance(surrogate, Surrogate)
-    told = surrogate.diagnostics
-    told = told.assign(error_bar_expected_error=1e-6 * told["error_bar_expected_error"])
-    checked = fb.verify(replace(surrogate, diagnostics=told), peak).verification
-    verdict = checked.attrs["verdict"]
-    assert checked.attrs["confirmed"] == "no"
+    diagnostics = surrogate.diagnostics
+    diagnostics = diagnostics.assign(
+        error_bar_expected_error=1e-6 * diagnostics["error_bar_expected_error"]
+    )
+    comparison = fb.verify(replace(surrogate, diagnostics=diagnostics), peak).verification
+    verdict = comparison.attrs["verdict"]
+    assert comparison.attrs["confirmed"] == "no"
     assert " and 8 other inputs; bands may be off" in verdict
     assert len(re.findall(r"e\d+ = ", verdict)) == 4
 
@@ -173,13 +183,13 @@ def test_without_random_inputs_no_place_is_run_twice():
     """The bounds of (1 + x)² on the expansion of order one are off by its second order, 1/8."""
     inputs = {"x": fb.Interval(0.0, 1.0)}
     surrogate = fb.expand(lambda x: (1 + x) ** 2, inputs, fb.PCCI(0, 1))
-    checked = fb.verify(surrogate, lambda x: (1 + x) ** 2).verification
-    x = checked["run_values"].values[0]
+    comparison = fb.verify(surrogate, lambda x: (1 + x) ** 2).verification
+    x = comparison["run_values"].values[0]
     assert len(np.unique(x)) == 16
-    assert sorted(x[checked["run_place"] != "anywhere"]) == [0.0, 1.0]
-    np.testing.assert_allclose(checked["missed_in_run"], np.abs((1 + x) ** 2 - 0.875 - 3 * x))
-    assert checked.attrs["confirmed"] == "no error was expected"
-    assert "does not estimate the error" in checked.attrs["verdict"]
+    assert sorted(x[comparison["run_place"] != "anywhere"]) == [0.0, 1.0]
+    np.testing.assert_allclose(comparison["missed_in_run"], np.abs((1 + x) ** 2 - 0.875 - 3 * x))
+    assert comparison.attrs["confirmed"] == "no error was expected"
+    assert "does not estimate the error" in comparison.attrs["verdict"]
 
 
 def test_constants_and_exact_polynomials_are_confirmed():
@@ -188,9 +198,9 @@ def test_constants_and_exact_polynomials_are_confirmed():
 
     inputs = {"x": fb.Normal(1.0, 1.0), "e": fb.Interval(0.0, 3.0)}
     surrogate = fb.expand(exact, inputs, fb.AdaptivePCCI())
-    checked = fb.verify(surrogate, exact).verification
-    assert checked.attrs["confirmed"] == "yes"
-    assert float((checked["implied_error"] / checked["bar_width"]).max()) < 1e-3
+    comparison = fb.verify(surrogate, exact).verification
+    assert comparison.attrs["confirmed"] == "yes"
+    assert float((comparison["implied_error"] / comparison["bar_width"]).max()) < 1e-3
 
 
 def test_what_inputs_that_are_left_out_do_is_in_the_estimate():
@@ -207,18 +217,18 @@ def test_what_inputs_that_are_left_out_do_is_in_the_estimate():
     expansion = full.expansions[0]
     assert isinstance(expansion, DirectExpansion)
     values = expansion.values
-    kept = np.flatnonzero(~values.index[:, 3:m].any(axis=1))  # three intervals and x
-    values = replace(values, index=values.index[kept], coefficients=values.coefficients[kept])
-    few = replace(full, expansions=(replace(expansion, values=values),))
+    terms = np.flatnonzero(~values.index[:, 3:m].any(axis=1))  # three intervals and x
+    values = replace(values, index=values.index[terms], coefficients=values.coefficients[terms])
+    subset = replace(full, expansions=(replace(expansion, values=values),))
     true = effects[3:].sum()
     for runs, ratio in ((16, 2.0), (256, 1.02)):
-        found = [
-            float(fb.verify(few, linear, runs=runs, seed=k).verification["implied_error"])
+        implied_errors = [
+            float(fb.verify(subset, linear, runs=runs, seed=k).verification["implied_error"])
             for k in range(5)
         ]
-        assert true * 0.99 < min(found)
-        assert max(found) < ratio * true
-    at = fb.verify(few, linear).verification["run_values"].values[:m].T
+        assert true * 0.99 < min(implied_errors)
+        assert max(implied_errors) < ratio * true
+    at = fb.verify(subset, linear).verification["run_values"].values[:m].T
     assert np.all(np.ptp(at[:2, :3], axis=0) == 0)
     np.testing.assert_allclose(at[0, 3:], -at[1, 3:])
 
@@ -244,25 +254,25 @@ def test_no_verdict_states_less_than_its_runs_can_see(monkeypatch):
     lines = " ".join(remarks(surrogate.bands()))
     assert "4 held-out runs, which can miss what happens in 53 % of the space" in lines
     assert pytest.approx(0.05, rel=0.03) == 0.47**4  # that all lie elsewhere
-    missed = "Effects in 31 % of the space of the inputs or less may not be included: "
-    missed += "4 verification runs"
+    sentence = "Effects in 31 % of the space of the inputs or less may not be included: "
+    sentence += "4 verification runs"
     assert pytest.approx(0.05, rel=0.03) == 0.69**8
     for seed in range(10):
-        checked = fb.verify(surrogate, kink, seed=seed).verification
-        assert checked.attrs["confirmed"] == "no"
-        assert missed in checked.attrs["verdict"]
+        comparison = fb.verify(surrogate, kink, seed=seed).verification
+        assert comparison.attrs["confirmed"] == "no"
+        assert sentence in comparison.attrs["verdict"]
     smooth = fb.verify(surrogate, lambda x, e: kink(x - 9, e)).verification
     assert smooth.attrs["confirmed"] == "yes"
     assert "follows is 0.002 % of the error bar's width" in smooth.attrs["verdict"]
-    assert missed in smooth.attrs["verdict"]
+    assert sentence in smooth.attrs["verdict"]
 
 
 def test_runs_that_are_farther_out_are_weighted_to_have_the_moments_of_samples():
     """E[1; |z| < 3] and E[z⁴; |z| < 3] of one variable, and the covariance of three."""
     normals = latin_hypercube_normals(20000, 1, 0)
     z, weight = stretch_samples(normals, 3.0, np.random.default_rng(0))
-    inside = chdtr(1, 9.0), 3 * chdtr(5, 9.0)
-    np.testing.assert_allclose([weight.mean(), (weight * z[:, 0] ** 4).mean()], inside, rtol=1e-3)
+    moments = chdtr(1, 9.0), 3 * chdtr(5, 9.0)
+    np.testing.assert_allclose([weight.mean(), (weight * z[:, 0] ** 4).mean()], moments, rtol=1e-3)
     assert np.abs(z).max() <= 3
     assert np.mean(np.abs(z) > 2) == pytest.approx(1 / 3, abs=1e-3)
     normals = latin_hypercube_normals(100_000, 3, 0)
@@ -277,7 +287,7 @@ def test_kinks_of_random_place_and_share_are_found_and_smooth_responses_confirme
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         of_kinks, of_smooth = (
-            [one for k in seeds for one in judged(k, method, 2, smooth=smooth)]
+            [claim for k in seeds for claim in judged(k, method, 2, smooth=smooth)]
             for smooth in (False, True)
         )
     wrong = [verdict for verdict in of_kinks if verdict[0] == "wrong"]

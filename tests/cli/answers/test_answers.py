@@ -42,26 +42,26 @@ def folder(tmp_path_factory):
 
 
 def run(*arguments, status=0):
-    found = CliRunner().invoke(app, [*map(str, arguments)])
-    assert found.exit_code == status, found.output
-    return found
+    result = CliRunner().invoke(app, [*map(str, arguments)])
+    assert result.exit_code == status, result.output
+    return result
 
 
 def test_peaks_and_distribution_functions(folder):
-    found = json.loads(run("derived", folder, "peak", "X", "--json").stdout)
-    assert found["range"] == pytest.approx([9.0, 11.0], rel=1e-3)
+    answer = json.loads(run("derived", folder, "peak", "X", "--json").stdout)
+    assert answer["range"] == pytest.approx([9.0, 11.0], rel=1e-3)
     assert "error bar" in run("derived", folder, "rms", "X", "Y", "--samples", 2000).stdout
-    with xr.open_dataset(folder / "derived.nc") as saved:
-        assert saved["mean"].values == pytest.approx([9.0, 11.0], rel=1e-3)
+    with xr.open_dataset(folder / "derived.nc") as dataset:
+        assert dataset["mean"].values == pytest.approx([9.0, 11.0], rel=1e-3)
     run("derived", folder, "spectrum", "w")
     assert (folder / "derived.png").read_bytes()[:4] == b"\x89PNG"
 
-    printed = run("distribution", folder, "--kind", "p-box", "w", "--time", 0.5)
-    assert "sampling error" in printed.stdout
-    with xr.open_dataset(folder / "p_box.nc") as saved:
-        value = saved["value"].values
+    result = run("distribution", folder, "--kind", "p-box", "w", "--time", 0.5)
+    assert "sampling error" in result.stdout
+    with xr.open_dataset(folder / "p_box.nc") as dataset:
+        value = dataset["value"].values
         exact = norm.cdf([value - 0.25, value + 0.25])
-        np.testing.assert_allclose(saved["distribution"], exact, atol=0.02)
+        np.testing.assert_allclose(dataset["distribution"], exact, atol=0.02)
     assert (folder / "p_box.png").is_file()
 
 
@@ -74,24 +74,24 @@ def test_the_report_has_the_numbers_of_answers_and_says_what_pictures_show(folde
         ["sobol", folder],
     ):
         run(*words)
-    own = {one.title: one for one in answers_in(folder, Display())[0]}
-    peak = own["Quantities made of outputs: Peak(of='X')"]
+    answers = {answer.title: answer for answer in answers_in(folder, Display())[0]}
+    peak = answers["Quantities made of outputs: Peak(of='X')"]
     header, rows = peak.table
     assert header[1:3] == ["lowest", "highest"]
     assert [row[0] for row in rows] == ["mean", "error bar μ ± σ", "range of 99 %"]
     np.testing.assert_allclose([float(v) for v in rows[2][1:3]], [9.0, 11.0], rtol=1e-3)
-    indices = own["Parts of the variance: Sobol' indices"]
+    indices = answers["Parts of the variance: Sobol' indices"]
     assert indices.pictures == []
     assert indices.remarks == ["x is the only random input: all of the variance is due to it."]
-    captions = [caption for one in own.values() for caption, _ in one.pictures]
+    captions = [caption for answer in answers.values() for caption, _ in answer.pictures]
     assert len(captions) == 3
     assert "values of w, at time 0.5, up to the one on the axis" in " ".join(captions)
-    assert all("for all values of the interval inputs" in one for one in captions)
+    assert all("for all values of the interval inputs" in line for line in captions)
 
 
 def test_a_path(folder):
-    found = json.loads(run("path", folder, "X", "Y", "--json").stdout)
-    assert found["largest_radius"] == pytest.approx(1.0, rel=0.02)
+    answer = json.loads(run("path", folder, "X", "Y", "--json").stdout)
+    assert answer["largest_radius"] == pytest.approx(1.0, rel=0.02)
     assert "from its nominal path, at time" in run("path", folder, "X", "Y").stdout
     assert (folder / "path.png").read_bytes()[:4] == b"\x89PNG"
 
@@ -104,13 +104,13 @@ def test_runs_correct_the_probability_of_limits(folder):
     linear = np.ravel(json.loads(run(*options, status=3).stdout)["probability"]["probability"])
     assert np.all(linear < 0.5 * np.array(exact))
     first = run(*options, "--runs", 32, "--trust", status=3).stdout
-    found = np.ravel(json.loads(first)["probability"]["probability"])
-    np.testing.assert_allclose(found, exact, rtol=0.15)
-    kept = fb.execution.open_runs(folder).sizes["run"]
-    assert kept >= 64
+    probabilities = np.ravel(json.loads(first)["probability"]["probability"])
+    np.testing.assert_allclose(probabilities, exact, rtol=0.15)
+    run_count = fb.execution.open_runs(folder).sizes["run"]
+    assert run_count >= 64
     assert run(*options, "--runs", 32, "--trust", status=3).stdout == first
     runs = fb.execution.open_runs(folder)
-    assert runs.sizes["run"] == kept  # none is made twice
+    assert runs.sizes["run"] == run_count  # none is made twice
     assert runs["output"].astype(str).values.tolist() == ["X", "Y", "w"]
 
 
@@ -122,23 +122,23 @@ def test_answers_of_an_earlier_run_are_marked(tmp_path):
     with xr.open_dataset(tmp_path / "quantiles.nc") as first:
         first.load()
     assert "quantiles" not in run(*command).output  # the same results
-    changed = STUDY.replace("Normal(0.0, 1.0)", "Normal(0.0, 2.0)")
-    (tmp_path / "study.py").write_text(changed, encoding="utf-8")
-    printed = " ".join(run(*command).output.replace("\n", "").split())
+    text = STUDY.replace("Normal(0.0, 1.0)", "Normal(0.0, 2.0)")
+    (tmp_path / "study.py").write_text(text, encoding="utf-8")
+    output = " ".join(run(*command).output.replace("\n", "").split())
     for kind in ("nc", "png"):
-        assert re.search(rf"Older: [^ ]*quantiles.{kind}, of an earlier run", printed)
-    with xr.open_dataset(tmp_path / "quantiles.nc") as marked:
-        assert "ask again" in marked.attrs.pop("stale")
-        xr.testing.assert_identical(marked.load(), first)
+        assert re.search(rf"Older: [^ ]*quantiles.{kind}, of an earlier run", output)
+    with xr.open_dataset(tmp_path / "quantiles.nc") as stale:
+        assert "ask again" in stale.attrs.pop("stale")
+        xr.testing.assert_identical(stale.load(), first)
     run("distribution", tmp_path)
     with xr.open_dataset(tmp_path / "quantiles.nc") as new:
         assert "stale" not in new.attrs
 
 
-def refused(*arguments):
-    found = CliRunner().invoke(app, [*map(str, arguments)])
-    assert found.exit_code == 2
-    return " ".join(found.output.split())
+def refusal(*arguments):
+    result = CliRunner().invoke(app, [*map(str, arguments)])
+    assert result.exit_code == 2
+    return " ".join(result.output.split())
 
 
 def test_a_series_without_labels_needs_no_names(tmp_path):
@@ -150,16 +150,16 @@ def test_a_series_without_labels_needs_no_names(tmp_path):
 
     surrogate = fb.expand(series, {"e": fb.Interval(-1.0, 1.0)}, fb.PCCI(1, 1))
     fb.save_surrogate(surrogate, tmp_path / "surrogate.npz")
-    found = json.loads(run("derived", tmp_path, "peak", "--json").stdout)
-    assert found["range"] == pytest.approx([0.5, 1.0], rel=1e-6)
+    answer = json.loads(run("derived", tmp_path, "peak", "--json").stdout)
+    assert answer["range"] == pytest.approx([0.5, 1.0], rel=1e-6)
     run("distribution", tmp_path, "--kind", "p-box", "--time", 10)
     with xr.open_dataset(tmp_path / "p_box.nc") as distribution:
         assert distribution["value"].values[[0, -1]] == pytest.approx([0.5, 1.0], rel=1e-6)
-    assert "positions from 0 to 20, since dim_1 has no labels" in refused(
+    assert "positions from 0 to 20, since dim_1 has no labels" in refusal(
         "distribution", tmp_path, "--kind", "p-box", "--time", 3.5
     )
     for command in (("derived", tmp_path, "peak", "x"), ("path", tmp_path, "x", "y")):
-        assert "response names no outputs; got 'x'. If it has one only" in refused(*command)
+        assert "response names no outputs; got 'x'. If it has one only" in refusal(*command)
 
 
 def test_several_series_without_labels_need_names(tmp_path, folder):
@@ -168,5 +168,5 @@ def test_several_series_without_labels_need_names(tmp_path, folder):
 
     surrogate = fb.expand(two, {"e": fb.Interval(-1.0, 1.0)}, fb.PCCI(1, 1))
     fb.save_surrogate(surrogate, tmp_path / "surrogate.npz")
-    assert 'name them by the labels of a dim "output"' in refused("derived", tmp_path, "peak")
-    assert "one of several outputs: X, Y, w; got none" in refused("derived", folder, "peak")
+    assert 'name them by the labels of a dim "output"' in refusal("derived", tmp_path, "peak")
+    assert "one of several outputs: X, Y, w; got none" in refusal("derived", folder, "peak")

@@ -30,9 +30,9 @@ def test_quantiles_and_range(tmp_path):
     assert result.exit_code == 0, result.output
     assert "lowest" in result.output
     assert (tmp_path / "quantiles.png").is_file()
-    with xr.open_dataset(tmp_path / "quantiles.nc", engine="scipy") as found:
-        assert found["quantiles"].dims == ("bound", "probability", "output", "time")
-        upper = found["quantiles"].sel(bound="upper", probability=0.9, output="v", time=0)
+    with xr.open_dataset(tmp_path / "quantiles.nc", engine="scipy") as quantiles:
+        assert quantiles["quantiles"].dims == ("bound", "probability", "output", "time")
+        upper = quantiles["quantiles"].sel(bound="upper", probability=0.9, output="v", time=0)
         assert abs(float(upper) - 2 * (1.5 + 1.28155 * 0.2)) < 0.04
     result = call("distribution", tmp_path / "surrogate.npz", "--kind", "range", "--json")
     assert result.exit_code == 0, result.output

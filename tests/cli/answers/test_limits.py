@@ -28,14 +28,14 @@ def folder(tmp_path_factory):
 
 def test_limits_are_checked_and_written(folder):
     options = ["limits", str(folder), "--below", "a=1.35", "--above", "a=-1.5", "--accuracy", "0.1"]
-    printed = CliRunner().invoke(app, options)
-    assert printed.exit_code == 5, printed.output
-    assert "not kept" in printed.output
-    with xr.open_dataset(folder / "limits.nc") as checked:
-        assert float(checked["least_margin"][0]) == pytest.approx(-0.05, abs=0.01)
+    result = CliRunner().invoke(app, options)
+    assert result.exit_code == 5, result.output
+    assert "not kept" in result.output
+    with xr.open_dataset(folder / "limits.nc") as margins:
+        assert float(margins["least_margin"][0]) == pytest.approx(-0.05, abs=0.01)
     assert (folder / "limits.png").read_bytes()[:4] == b"\x89PNG"
-    found = json.loads(CliRunner().invoke(app, [*options, "--json"]).stdout)
-    lower, upper = np.ravel(found["probability"]["probability"])
+    answer = json.loads(CliRunner().invoke(app, [*options, "--json"]).stdout)
+    lower, upper = np.ravel(answer["probability"]["probability"])
     assert 0 <= lower < upper < 0.02
 
 
@@ -55,19 +55,19 @@ study = fb.Study(response, inputs, fb.AdaptivePCCI()LIMITS)
         file.write_text(study.replace("LIMITS", limits), encoding="utf-8")
         call = ["run", str(file), "--output", str(tmp_path / str(status))]
         CliRunner().invoke(app, [*call, "--verify", "0"])
-        printed = CliRunner().invoke(app, ["limits", str(tmp_path / str(status))])
-        assert printed.exit_code == status, printed.output
+        result = CliRunner().invoke(app, ["limits", str(tmp_path / str(status))])
+        assert result.exit_code == status, result.output
         if status == 5:
-            before = (tmp_path / "5" / "limits.nc").read_bytes()
-            other = CliRunner().invoke(app, ["limits", str(tmp_path / "5"), "--below", "9"])
-            assert "the report keeps the limits of the study" in other.output
-            assert (tmp_path / "5" / "limits.nc").read_bytes()[:500] == before[:500]
+            content = (tmp_path / "5" / "limits.nc").read_bytes()
+            answer = CliRunner().invoke(app, ["limits", str(tmp_path / "5"), "--below", "9"])
+            assert "the report keeps the limits of the study" in answer.output
+            assert (tmp_path / "5" / "limits.nc").read_bytes()[:500] == content[:500]
             for name in ("limits", "probability"):
-                with xr.open_dataset(tmp_path / "5" / f"{name}.nc") as kept:
-                    assert kept["limit"].values.tolist() == ["response below 1.2"]
-    assert "unless the study has limits" in " ".join(printed.output.split())
-    with xr.open_dataset(tmp_path / "5" / "limits.nc") as checked:
-        assert float(checked["below"].max()) == 1.2
+                with xr.open_dataset(tmp_path / "5" / f"{name}.nc") as dataset:
+                    assert dataset["limit"].values.tolist() == ["response below 1.2"]
+    assert "unless the study has limits" in " ".join(result.output.split())
+    with xr.open_dataset(tmp_path / "5" / "limits.nc") as margins:
+        assert float(margins["below"].max()) == 1.2
     costs = ["allocate", str(tmp_path / "5"), "--cost", "e=1", "--sigmas", "1"]
     assert "response below 1.2" in CliRunner().invoke(app, costs).output
 
@@ -82,12 +82,12 @@ study = fb.Study(response, inputs, fb.AdaptivePCCI()LIMITS)
     ],
 )
 def test_refused(folder, options, message):
-    printed = CliRunner().invoke(app, ["limits", str(folder), *options])
-    assert printed.exit_code == 2
-    assert message in printed.output
+    result = CliRunner().invoke(app, ["limits", str(folder), *options])
+    assert result.exit_code == 2
+    assert message in result.output
 
 
 def test_a_folder_without_a_surrogate_is_refused(tmp_path):
-    printed = CliRunner().invoke(app, ["limits", str(tmp_path), "--below", "1"])
-    assert printed.exit_code == 1
-    assert "surrogate.npz" in printed.output
+    result = CliRunner().invoke(app, ["limits", str(tmp_path), "--below", "1"])
+    assert result.exit_code == 1
+    assert "surrogate.npz" in result.output

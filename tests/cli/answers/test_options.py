@@ -112,8 +112,8 @@ def run(*arguments):
 
 def study_in(place, text):
     (place / "study.py").write_text(text, encoding="utf-8")
-    done = run("run", place / "study.py", "-o", place / "out", "--verify", 8)
-    assert done.exit_code in (0, 5), done.output  # 5: a limit is not kept
+    result = run("run", place / "study.py", "-o", place / "out", "--verify", 8)
+    assert result.exit_code in (0, 5), result.output  # 5: a limit is not kept
     return place / "out"
 
 
@@ -129,7 +129,7 @@ def limited(tmp_path_factory):
     return study_in(tmp_path_factory.mktemp("limited"), text)
 
 
-def told(folder, command, arguments):
+def outputs_of(folder, command, arguments):
     """Return what is printed, as text and as JSON, and the pictures; all is computed once."""
     for picture in folder.glob("*.png"):
         picture.unlink()
@@ -137,19 +137,19 @@ def told(folder, command, arguments):
     with pytest.MonkeyPatch.context() as patch:
         results = []
         for module, name in ANSWERS:
-            patch.setattr(module, name, recorded(getattr(module, name), results))
+            patch.setattr(module, name, recorder(getattr(module, name), results))
         patch.setattr(Figure, "savefig", save_artists)
         trust = ["--trust"] * (command in LOADING)
-        printed = run(command, folder, *arguments, *trust)
-    assert printed.exit_code in (0, 3, 5), printed.output  # limits are not kept, or undecided
-    pictures = {one.name: one.read_bytes() for one in folder.glob("*.png")}
+        result = run(command, folder, *arguments, *trust)
+    assert result.exit_code in (0, 3, 5), result.output  # limits are not kept, or undecided
+    pictures = {file.name: file.read_bytes() for file in folder.glob("*.png")}
     with pytest.MonkeyPatch.context() as patch:
         for module, name in ANSWERS:
             patch.setattr(module, name, lambda *_, **__: results.pop(0))
         patch.setattr(Figure, "savefig", lambda *_, **__: None)
-        plain = json.loads(run(command, folder, *arguments, *trust, "--json").stdout)
+        answer = json.loads(run(command, folder, *arguments, *trust, "--json").stdout)
     assert not results
-    return printed.stdout, plain, pictures
+    return result.stdout, answer, pictures
 
 
 def save_artists(figure, file, **_):
@@ -168,7 +168,7 @@ def save_artists(figure, file, **_):
         file.write_text(repr(parts), encoding="utf-8")
 
 
-def recorded(function, results):
+def recorder(function, results):
     """Return a function that also appends what it returns to a list."""
 
     def call(*arguments, **options):
@@ -179,33 +179,33 @@ def recorded(function, results):
     return call
 
 
-def changed(arguments, option, value):
+def with_option(arguments, option, value):
     """Return arguments with another value of an option."""
-    given = [*map(str, arguments)]
-    kept = []
-    while given:
-        own = 2 if given[0].startswith("--") else 1
-        if given[0] != f"--{option}":
-            kept += given[:own]
-        given = given[own:]
+    remaining = [*map(str, arguments)]
+    words = []
+    while remaining:
+        count = 2 if remaining[0].startswith("--") else 1
+        if remaining[0] != f"--{option}":
+            words += remaining[:count]
+        remaining = remaining[count:]
     values = value if isinstance(value, tuple) else (value,)
-    for one in values:
-        kept += [f"--{option}", *([] if one is None else str(one).split(" "))]
-    return kept
+    for entry in values:
+        words += [f"--{option}", *([] if entry is None else str(entry).split(" "))]
+    return words
 
 
 @pytest.mark.parametrize(("command", "case"), BOTH)
 def test_every_option_changes_what_is_printed_drawn_and_dumped(command, case, request, tmp_path):
-    own = tmp_path / "out"
+    out = tmp_path / "out"
     always, options = case
     of = "limited" if case is OF_STUDY_LIMITS.get(command) else "folder"
-    shutil.copytree(request.getfixturevalue(of), own)
-    text, plain, pictures = told(own, command, always)
+    shutil.copytree(request.getfixturevalue(of), out)
+    text, answer, pictures = outputs_of(out, command, always)
     assert bool(pictures) == (command not in WITHOUT)
     for option, value in options.items():
-        other = told(own, command, changed(always, option, value))
+        other = outputs_of(out, command, with_option(always, option, value))
         assert other[0] != text, option
-        assert other[1] != plain, option
+        assert other[1] != answer, option
         if option not in SAMPLING and pictures:
             assert other[2] != pictures, option
 
@@ -215,13 +215,17 @@ def test_all_options_are_judged():
         load([name])
         if ".answers." not in module:
             continue
-        found = get_command(app).commands[name].params
-        named = {one.opts[0].removeprefix("--") for one in found if one.opts[0].startswith("--")}
+        parameters = get_command(app).commands[name].params
+        names = {
+            parameter.opts[0].removeprefix("--")
+            for parameter in parameters
+            if parameter.opts[0].startswith("--")
+        }
         options = {**CASES[name][1], **OF_STUDY_LIMITS.get(name, ((), {}))[1]}
         if name == "distribution":
             options |= OTHER_KINDS["p-box"][1]
-        judged = {option.replace("no-confirm", "confirm") for option in options}
-        assert named - {"json", "trust"} == judged
+        cases = {option.replace("no-confirm", "confirm") for option in options}
+        assert names - {"json", "trust"} == cases
 
 
 @pytest.mark.parametrize(
@@ -269,47 +273,47 @@ def test_all_options_are_judged():
 )
 def test_a_wrong_command_line_ends_with_status_2(folder, arguments, message):
     command, *rest = arguments
-    refused = run(command, folder, *rest)
-    assert refused.exit_code == 2, refused.output
-    assert message in " ".join(refused.output.replace("│", " ").split())
+    result = run(command, folder, *rest)
+    assert result.exit_code == 2, result.output
+    assert message in " ".join(result.output.replace("│", " ").split())
 
 
 @pytest.mark.parametrize("command", CASES)
 @pytest.mark.parametrize("bad", ["-1", "nan"])
 def test_no_numeric_option_takes_a_number_that_makes_no_sense(command, bad, folder):
     load([command])
-    for one in get_command(app).commands[command].params:
-        kind = str(one.type_descriptor.annotation)
-        if one.opts[0].startswith("--") and ("float" in kind or "int" in kind):
-            refused = run(command, folder, *CASES[command][0], one.opts[0], bad, bad)
-            assert refused.exit_code == 2, (one.opts[0], refused.output)
+    for parameter in get_command(app).commands[command].params:
+        kind = str(parameter.type_descriptor.annotation)
+        if parameter.opts[0].startswith("--") and ("float" in kind or "int" in kind):
+            result = run(command, folder, *CASES[command][0], parameter.opts[0], bad, bad)
+            assert result.exit_code == 2, (parameter.opts[0], result.output)
 
 
 def test_only_takes_outputs_with_limits(limited):
-    refused = run("allocate", limited, "--only", "Y", "--cost", "e=1")
-    assert refused.exit_code == 2
-    told = " ".join(refused.output.split())
-    assert "--only must be an output with a limit in the study: w, X; got 'Y'" in told
-    before = (limited / "limits.nc").read_bytes()
-    own = json.loads(run("limits", limited, "--only", "X", "--json").stdout)
-    assert own["limits"]["limit"] == ["X between -13 and 13"]
-    assert (limited / "limits.nc").read_bytes() == before  # the report has all of them
+    result = run("allocate", limited, "--only", "Y", "--cost", "e=1")
+    assert result.exit_code == 2
+    message = " ".join(result.output.split())
+    assert "--only must be an output with a limit in the study: w, X; got 'Y'" in message
+    content = (limited / "limits.nc").read_bytes()
+    answer = json.loads(run("limits", limited, "--only", "X", "--json").stdout)
+    assert answer["limits"]["limit"] == ["X between -13 and 13"]
+    assert (limited / "limits.nc").read_bytes() == content  # the report has all of them
 
 
 def test_narrowing_tells_the_margins_of_the_study_and_how_likely_limits_are_left(limited):
     """X = (10 + e (1 + 0.2 x)) cos t is up to 11.6, μ + 3σ, and up to 10.8 if e is below 0.5."""
-    done = run("narrow", limited, "e=0..0.5", "--probability", "--json")
-    assert done.exit_code == 0, (done.output, done.exception)
-    told = done.stdout
-    found = json.loads(told)["limits"]
-    own = found["X between -13 and 13"]
-    assert own["least_margin"] == pytest.approx([1.4, 2.2])
-    assert own["verdict"] == ["kept", "kept"]
+    result = run("narrow", limited, "e=0..0.5", "--probability", "--json")
+    assert result.exit_code == 0, (result.output, result.exception)
+    output = result.stdout
+    by_limit = json.loads(output)["limits"]
+    limit = by_limit["X between -13 and 13"]
+    assert limit["least_margin"] == pytest.approx([1.4, 2.2])
+    assert limit["verdict"] == ["kept", "kept"]
     likely = json.loads(run("limits", limited, "--json").stdout)["probability"]
     names = ["w below 12", "X between -13 and 13", "any limit"]
-    assert list(found) == names
+    assert list(by_limit) == names
     for k, name in enumerate(names):
-        before, after = found[name]["probability"]
+        before, after = by_limit[name]["probability"]
         assert before == pytest.approx(likely["probability"][1][k], rel=0.1, abs=1e-9)
         assert after <= before
     printed = run("narrow", limited, "e=0..0.5").stdout
@@ -318,42 +322,45 @@ def test_narrowing_tells_the_margins_of_the_study_and_how_likely_limits_are_left
 
 
 def test_narrowing_does_without_the_limits_of_a_study_that_is_gone(limited, tmp_path):
-    own = tmp_path / "out"
-    shutil.copytree(limited, own)
-    about = json.loads((own / "study.json").read_text(encoding="utf-8"))
-    gone = json.dumps(about | {"file": str(tmp_path / "gone.py")})
-    (own / "study.json").write_text(gone, encoding="utf-8")
-    done = run("narrow", own, "e=0..0.5")
-    assert done.exit_code == 0
-    assert "remark: limits of the study are left out: " in done.output
-    assert "Limits" not in done.stdout
+    out = tmp_path / "out"
+    shutil.copytree(limited, out)
+    record = json.loads((out / "study.json").read_text(encoding="utf-8"))
+    text = json.dumps(record | {"file": str(tmp_path / "gone.py")})
+    (out / "study.json").write_text(text, encoding="utf-8")
+    result = run("narrow", out, "e=0..0.5")
+    assert result.exit_code == 0
+    assert "remark: limits of the study are left out: " in result.output
+    assert "Limits" not in result.stdout
 
 
 def test_what_no_tolerance_reaches_is_told_once(folder):
     """X and Y do not depend on z, and w depends on x, too. Without e, X and Y are certain."""
-    done = run("tolerance", folder, "z", "--share", 0.1)
-    assert done.exit_code == 0, done.output
-    told = " ".join(done.stdout.split())
-    assert "none" not in told
-    assert "tolerance for" not in told
-    assert told.count("no error bar becomes as narrow as 10 % of the present width") == 1
-    own = json.loads(run("tolerance", folder, "z", "--json").stdout)["w"]
-    assert f"What can be reached is {100 * own['least_width'] / own['width']:.3g} %, of w" in told
-    told = " ".join(run("tolerance", folder, "e", "--share", 0.1).stdout.split())
-    assert "the error bar of w does not become as narrow as 10 %" in told
-    assert "71.3 % │ none │" in told
+    result = run("tolerance", folder, "z", "--share", 0.1)
+    assert result.exit_code == 0, result.output
+    text = " ".join(result.stdout.split())
+    assert "none" not in text
+    assert "tolerance for" not in text
+    assert text.count("no error bar becomes as narrow as 10 % of the present width") == 1
+    answer = json.loads(run("tolerance", folder, "z", "--json").stdout)["w"]
+    assert (
+        f"What can be reached is {100 * answer['least_width'] / answer['width']:.3g} %, of w"
+        in text
+    )
+    text = " ".join(run("tolerance", folder, "e", "--share", 0.1).stdout.split())
+    assert "the error bar of w does not become as narrow as 10 %" in text
+    assert "71.3 % │ none │" in text
 
 
 def test_answers_of_a_study_that_is_running_are_remarked(folder, tmp_path):
-    own = tmp_path / "out"
-    shutil.copytree(folder, own)
-    with StudyFolder(own).held():
-        done = run("contributions", own)
-        assert done.exit_code == 0
-        assert "is running; this answer is from its surrogate.npz of 2" in done.output
-        (own / "surrogate.npz").unlink()
-        (own / "bands.nc").unlink()
-        assert "which has none: its study is running" in " ".join(run("sobol", own).output.split())
+    out = tmp_path / "out"
+    shutil.copytree(folder, out)
+    with StudyFolder(out).held():
+        result = run("contributions", out)
+        assert result.exit_code == 0
+        assert "is running; this answer is from its surrogate.npz of 2" in result.output
+        (out / "surrogate.npz").unlink()
+        (out / "bands.nc").unlink()
+        assert "which has none: its study is running" in " ".join(run("sobol", out).output.split())
     assert "is running" not in run("contributions", folder).output
 
 
@@ -363,26 +370,26 @@ def test_shapley_values_are_ranked_by_themselves(tmp_path):
     surrogate = fb.expand(lambda a, x, z: a * x + 2 * z, inputs, fb.PCCI(1, 1))
     fb.save_surrogate(surrogate, tmp_path / "surrogate.npz")
 
-    def width(free):
-        return 2 * np.hypot((2.0 if "a" in free else 1.5) * ("x" in free), "z" in free)
+    def width(names):
+        return 2 * np.hypot((2.0 if "a" in names else 1.5) * ("x" in names), "z" in names)
 
     exact = dict.fromkeys("axz", 0.0)
     for order in permutations("axz"):
         for k, name in enumerate(order):
             exact[name] += (width(order[: k + 1]) - width(order[:k])) / (6 * width("axz"))
-    found = json.loads(run("contributions", tmp_path, "--shapley", "--json").stdout)
-    assert found["inputs"] == sorted(exact, key=lambda name: -exact[name]) == ["x", "z", "a"]
-    assert found["shapley_mean_share"][""] == pytest.approx([exact[k] for k in found["inputs"]])
-    printed = run("contributions", tmp_path, "--shapley").stdout
-    assert printed.index("x ") < printed.index("61.7 %") < printed.index("28.1 %")
-    plain = json.loads(run("contributions", tmp_path, "--json").stdout)
-    assert plain["inputs"] == ["x", "a", "z"]
+    answer = json.loads(run("contributions", tmp_path, "--shapley", "--json").stdout)
+    assert answer["inputs"] == sorted(exact, key=lambda name: -exact[name]) == ["x", "z", "a"]
+    assert answer["shapley_mean_share"][""] == pytest.approx([exact[k] for k in answer["inputs"]])
+    output = run("contributions", tmp_path, "--shapley").stdout
+    assert output.index("x ") < output.index("61.7 %") < output.index("28.1 %")
+    by_contribution = json.loads(run("contributions", tmp_path, "--json").stdout)
+    assert by_contribution["inputs"] == ["x", "a", "z"]
 
 
 def test_runs_that_would_correct_nothing_are_refused(tmp_path):
     text = STUDY.replace("fb.Normal(0.0, 1.0)", "0.0").replace("fb.Normal(0.0, 0.5)", "0.0")
     (tmp_path / "study.py").write_text(text, encoding="utf-8")
     assert run("run", tmp_path / "study.py", "-o", tmp_path / "o", "--verify", 0).exit_code == 0
-    refused = run("limits", tmp_path / "o", "--below", "X=12", "--runs", 8)
-    assert refused.exit_code == 2
-    assert "need random inputs" in " ".join(refused.output.split())
+    result = run("limits", tmp_path / "o", "--below", "X=12", "--runs", 8)
+    assert result.exit_code == 2
+    assert "need random inputs" in " ".join(result.output.split())

@@ -111,10 +111,10 @@ def test_a_sample_that_does_not_exist_is_refused(sample):
 
 def test_a_sample_that_cannot_be_assembled_is_drawn_as_it_is_given():
     model = four_bar(crank=np.array([1.0, 0.1]))
-    far = fb.Distance("crank.end", (0.0, 3.0), 1.0)
-    broken = fb.Mechanism(bodies=model.bodies, joints={**model.joints, "far": far})
+    rod = fb.Distance("crank.end", (0.0, 3.0), 1.0)
+    mechanism = fb.Mechanism(bodies=model.bodies, joints={**model.joints, "far": rod})
     with pytest.warns(fb.errors.FlexbandWarning, match=r"drawn as they are given.*\n.*sample 1"):
-        figure = fb.draw(broken, sample=1)
+        figure = fb.draw(mechanism, sample=1)
     assert {"body 'crank'", "joint 'far'"} <= {a.get_gid() for a in figure.findobj()}
 
 
@@ -261,9 +261,9 @@ def test_a_spring_reaches_from_point_to_point(kind):
     )
     line = part(figure, "load 's'")
     np.testing.assert_allclose(line[[0, -1]], [(1.0, 0.5), (0.0, 0.0)], atol=1e-9)
-    across = (line @ (-0.5, 1.0))[np.isfinite(line).all(axis=1)]
-    ways = np.sign(np.diff(across)[np.abs(np.diff(across)) > 1e-9])
-    assert (np.count_nonzero(np.diff(ways)) > 8) == ("stiffness" in kind)  # a zigzag
+    offsets = (line @ (-0.5, 1.0))[np.isfinite(line).all(axis=1)]
+    signs = np.sign(np.diff(offsets)[np.abs(np.diff(offsets)) > 1e-9])
+    assert (np.count_nonzero(np.diff(signs)) > 8) == ("stiffness" in kind)  # a zigzag
 
 
 @dataclass(frozen=True)

@@ -25,13 +25,13 @@ def tree(address):
     return ElementTree.fromstring(b64decode(content))
 
 
-def written(address):
+def texts_in(address):
     return {element.text for element in tree(address).iter(f"{SVG}text")}
 
 
 @pytest.mark.parametrize("model", [slider_crank(), four_bar()])
 def test_the_same_names_and_lengths_are_written_as_by_matplotlib(model):
-    assert set(texts(fb.draw(model))) <= written(mechanism_picture(model))
+    assert set(texts(fb.draw(model))) <= texts_in(mechanism_picture(model))
 
 
 def test_lines_are_drawn_to_scale():
@@ -52,7 +52,7 @@ def test_layers_cover_each_other():
 
 
 @pytest.mark.parametrize(
-    ("low", "high", "most", "exact"),
+    ("low", "high", "max_count", "exact"),
     [
         (-0.3, 0.31, 6, ["−0.2", "0", "0.2"]),
         (0.0, 1.0, 5, ["0", "0.2", "0.4", "0.6", "0.8", "1"]),
@@ -61,20 +61,22 @@ def test_layers_cover_each_other():
         (0.0, 12000.0, 3, ["0", "5000", "10000"]),
     ],
 )
-def test_numbers_of_axes_are_round(low, high, most, exact):
-    assert tick_labels(ticks(low, high, most)) == exact
+def test_numbers_of_axes_are_round(low, high, max_count, exact):
+    assert tick_labels(ticks(low, high, max_count)) == exact
 
 
 def test_fields_are_drawn_with_their_limits():
     limits = fb.IntervalField(1.0, 3.0, length=2.0, domain=(0.0, 2.0))
     spread = fb.RandomField(5.0, 0.5, correlation_length=2.0, domain=(0.0, 2.0))
     address = fields_picture({"a": limits, "b": spread}, {"a": "time"})
-    assert {"a", "b", "limits", "μ ± σ", "time [s]", "position [m] or time [s]"} <= written(address)
-    drawn = [
+    assert {"a", "b", "limits", "μ ± σ", "time [s]", "position [m] or time [s]"} <= texts_in(
+        address
+    )
+    curves = [
         e.attrib["d"] for e in tree(address).iter(f"{SVG}path") if e.get("stroke") == "#5b9bd0"
     ]
-    assert len(drawn) == 16
-    assert all(len(re.findall(r"[\d.]+", line)) == 402 for line in drawn)
+    assert len(curves) == 16
+    assert all(len(re.findall(r"[\d.]+", line)) == 402 for line in curves)
 
 
 def test_no_picture_needs_matplotlib():

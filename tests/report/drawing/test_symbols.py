@@ -89,8 +89,8 @@ def test_torsion_springs_surround_their_pin(kind, turns):
     if turns is None:  # a dashpot on an arc
         assert np.isnan(line).any()
     else:
-        turned = turn(line[np.isfinite(line).all(axis=1)], (0.2, 0.3)) / (2 * np.pi)
-        np.testing.assert_allclose(turned, turns, rtol=0.1)
+        revolutions = turn(line[np.isfinite(line).all(axis=1)], (0.2, 0.3)) / (2 * np.pi)
+        np.testing.assert_allclose(revolutions, turns, rtol=0.1)
     assert "twist" in texts(figure)
 
 

@@ -14,10 +14,10 @@ T = np.linspace(0.0, 1.0, 101)
 
 def response(a, b):
     """a alone moves "far"; "near" is moved by a at first, and by b in the end."""
-    near = a[:, None] * (1 - T) + 0.5 * b[:, None] * T**4
-    far = 3 * a[:, None] + 0 * T
+    blend = a[:, None] * (1 - T) + 0.5 * b[:, None] * T**4
+    line = 3 * a[:, None] + 0 * T
     coords = {"output": ["far", "near"], "time": T}
-    return xr.DataArray(np.stack([far, near], 1), coords, ("sample", "output", "time"))
+    return xr.DataArray(np.stack([line, blend], 1), coords, ("sample", "output", "time"))
 
 
 INPUTS = {"a": fb.Interval(-1, 1), "b": fb.Normal(0, 1)}
@@ -31,19 +31,19 @@ def test_with_limits_it_is_that_of_the_limit_with_the_least_margin():
         ([fb.Limit("near", below=0.2, during=(0.0, 0.1))], "a"),
     ]
     for limits, name in by_time:
-        told = what_matters(SHARES, fb.analysis.check_limits(SURROGATE, limits))
-        assert f"for the limit near below 0.2 from {limits[0].during[0]:g}" in told
-        assert f" is {name}: without its uncertainty, the error bar would be " in told
-        assert "where its margin is least" in told
-        assert ("; for far below 50, it is a (100 %)." in told) == (len(limits) == 2)
+        text = what_matters(SHARES, fb.analysis.check_limits(SURROGATE, limits))
+        assert f"for the limit near below 0.2 from {limits[0].during[0]:g}" in text
+        assert f" is {name}: without its uncertainty, the error bar would be " in text
+        assert "where its margin is least" in text
+        assert ("; for far below 50, it is a (100 %)." in text) == (len(limits) == 2)
 
 
 def test_without_limits_it_is_told_of_every_output():
-    told = what_matters(SHARES, None)
-    assert "is a for far (without its uncertainty, the error bar would be 100 % narrower" in told
-    assert "a for near (" in told
-    one = what_matters(SHARES.sel(output=["far"]), None)
-    assert one.startswith("What matters most is a: without its uncertainty")
+    text = what_matters(SHARES, None)
+    assert "is a for far (without its uncertainty, the error bar would be 100 % narrower" in text
+    assert "a for near (" in text
+    single = what_matters(SHARES.sel(output=["far"]), None)
+    assert single.startswith("What matters most is a: without its uncertainty")
 
 
 def test_definitions_are_those_of_what_the_study_has():
@@ -55,28 +55,28 @@ def test_definitions_are_those_of_what_the_study_has():
     assert {"margin", "probability", "95 % confidence", "μ and σ", "interval"} <= set(terms)
     assert "μ ± 3σ" in terms["margin"]
     assert "random field" not in terms
-    plain = dict(definitions(bands, (rows[0], [["a", "constant", ""]]), None, None))
-    assert not {"margin", "probability", "μ and σ", "interval", "random field"} & set(plain)
+    of_constants = dict(definitions(bands, (rows[0], [["a", "constant", ""]]), None, None))
+    assert not {"margin", "probability", "μ and σ", "interval", "random field"} & set(of_constants)
 
 
 def test_doubts_and_confirmed_errors_do_not_contradict_each_other():
-    checked = fb.verify(SURROGATE, response).verification
-    assert checked.attrs["confirmed"] == "yes"
+    verification = fb.verify(SURROGATE, response).verification
+    assert verification.attrs["confirmed"] == "yes"
     agree = "16 verification runs agree with this estimate."
-    missed = Doubt(DoubtKind.TOLERANCE_NOT_MET, 0.06, 0.02)
+    doubt = Doubt(DoubtKind.TOLERANCE_NOT_MET, 0.06, 0.02)
     for doubts, first in (
         ([], "Estimated accuracy: ±"),
-        ([missed], "Accuracy target missed (6 % instead of 2 %)."),
+        ([doubt], "Accuracy target missed (6 % instead of 2 %)."),
         ([Doubt(DoubtKind.NOT_TRUSTED)], "Not reliable: the method does not trust its result."),
     ):
-        lines = verdict({"doubts": doubts}, SURROGATE.bands(), checked, SHARES, None)
+        lines = verdict({"doubts": doubts}, SURROGATE.bands(), verification, SHARES, None)
         assert lines[0].startswith(first)
         assert agree in lines
-    confirmed = "Estimate confirmed: 16 verification runs"
-    assert tables.remarks(SURROGATE.bands(), checked)[0].startswith(confirmed)
-    larger = checked.assign(implied_error=2 * checked["expected_error"])
+    opening = "Estimate confirmed: 16 verification runs"
+    assert tables.remarks(SURROGATE.bands(), verification)[0].startswith(opening)
+    larger = verification.assign(implied_error=2 * verification["expected_error"])
     assert tables.checked_in_words(larger).endswith("this estimate, as far as so few can tell.")
     not_trusted = SURROGATE.bands().assign_attrs(not_trusted="far (60 % of it is missed)")
     not_trusted["trusted"] = not_trusted["trusted"].copy(data=[False, True])
-    _, rows = tables.summary_table(not_trusted, checked)
+    _, rows = tables.summary_table(not_trusted, verification)
     assert [row[-1] for row in rows] == ["not trusted", "yes"]

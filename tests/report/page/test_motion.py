@@ -51,7 +51,7 @@ INPUTS = {"length": fb.Interval(1.99, 2.01), "youngs_modulus": fb.Normal(2e8, 1e
 RESPONSE = fb.dynamic_response(four_bar, duration=OUTPUTS * STEP, step=STEP / 2, output_step=STEP)
 
 
-def unpacked(record):
+def unpack(record):
     planes = np.frombuffer(zlib.decompress(b64decode(record["data"])), np.uint8)
     values = planes.reshape(record["bytes"], -1).T.copy().view(f"<i{record['bytes']}")
     if "quantum" not in record:
@@ -61,10 +61,10 @@ def unpacked(record):
 
 @cache
 def tree():
-    found, told = motion_data(RESPONSE, Space(INPUTS))
-    assert told == []
-    assert found is not None
-    return found
+    motion, reasons = motion_data(RESPONSE, Space(INPUTS))
+    assert reasons == []
+    assert motion is not None
+    return motion
 
 
 def read(sensor, times, **inputs):
@@ -98,18 +98,18 @@ def beam_of(motion, name):
     (marks,) = [s for s in motion["shapes"] if s.get("color") == "flexible" and "spacing" in s]
     nodes = [frame["origin"] for stroke in marks["strokes"] for frame in stroke["frames"]]
     (stroke,) = shape_of(motion, f"body {name!r}")["strokes"]
-    half = unpacked(motion["vertices"])[stroke["first"] : stroke["first"] + len(axis), 1]
+    half = unpack(motion["vertices"])[stroke["first"] : stroke["first"] + len(axis), 1]
     return axis, nodes, half
 
 
-def named(kind, name):
-    (item,) = [item for item in tree()[kind] if item["name"] == name]
-    return item
+def entry_of(kind, name):
+    (entry,) = [entry for entry in tree()[kind] if entry["name"] == name]
+    return entry
 
 
 def test_points_move_as_in_a_simulation():
-    times = unpacked(tree()["times"])
-    position = unpacked(tree()["position"])
+    times = unpack(tree()["times"])
+    position = unpack(tree()["position"])
     np.testing.assert_allclose(times, np.arange(0, OUTPUTS + 1, 2) * STEP, atol=1e-12)
     size = np.abs(position).max()
     for body, corner, point in (("rocker", 0, "rocker.start"), ("rocker", 1, "rocker.end")):
@@ -127,42 +127,42 @@ def test_ends_of_a_bent_beam_are_where_its_joints_are():
     assert nodes == axis[::8]
     crank, rocker = (points(tree(), f"body {name!r}") for name in ("crank", "rocker"))
     joints = {name: points(tree(), f"joint {name!r}") for name in "BC"}
-    position = unpacked(tree()["position"])
+    position = unpack(tree()["position"])
     quantum = tree()["position"]["quantum"]
-    for own, others in ((axis[0], joints["B"] + crank[1:]), (axis[-1], joints["C"] + rocker[1:])):
-        for other in others:
-            np.testing.assert_allclose(position[other], position[own], atol=1.01 * quantum)
+    for node, corners in ((axis[0], joints["B"] + crank[1:]), (axis[-1], joints["C"] + rocker[1:])):
+        for corner in corners:
+            np.testing.assert_allclose(position[corner], position[node], atol=1.01 * quantum)
     chord = np.linspace(position[axis[0]], position[axis[-1]], 25)
     assert np.abs(position[axis] - chord).max() > 100 * quantum  # it is drawn bent
     np.testing.assert_allclose(half, 0.01)
 
 
 def test_arrows_are_reactions_and_applied_forces():
-    times = unpacked(tree()["times"])
-    forces = unpacked(tree()["force"])
-    position = unpacked(tree()["position"])
+    times = unpack(tree()["times"])
+    forces = unpack(tree()["force"])
+    position = unpack(tree()["position"])
     quantum = tree()["force"]["quantum"]
     for name in "ABCD":
-        item = named("forces", name)
+        arrow = entry_of("forces", name)
         np.testing.assert_allclose(
-            forces[item["force"]], read(fb.Reaction(name), times), atol=1.01 * quantum
+            forces[arrow["force"]], read(fb.Reaction(name), times), atol=1.01 * quantum
         )
-        assert [item["at"]] == points(tree(), f"joint {name!r}")
-    assert "motor" not in [item["name"] for item in tree()["forces"]]
+        assert [arrow["at"]] == points(tree(), f"joint {name!r}")
+    assert "motor" not in [arrow["name"] for arrow in tree()["forces"]]
     start, end = (position[k] for k in points(tree(), "body 'rocker'"))
     along = end - start
     across = np.stack([-along[1], along[0]])
     exact = 5.0 * times * along + 2.0 * across
-    pushed = forces[named("forces", "push")["force"]]
-    np.testing.assert_allclose(pushed, exact, atol=2e-3)
+    force = forces[entry_of("forces", "push")["force"]]
+    np.testing.assert_allclose(force, exact, atol=2e-3)
 
 
 def test_samples_are_motions_of_other_inputs():
     samples = tree()["samples"]
-    times = unpacked(tree()["times"])
-    deviation = unpacked(samples["deviation"])
+    times = unpack(tree()["times"])
+    deviation = unpack(samples["deviation"])
     assert deviation.shape == (23, len(samples["points"]), 2, len(times))
-    (beam,) = [own for own in samples["outlines"] if len(own["points"]) > 2]
+    (beam,) = [outline for outline in samples["outlines"] if len(outline["points"]) > 2]
     end = [samples["points"][k] for k in beam["points"]].index(beam_of(tree(), "coupler")[0][-1])
     tip = deviation[:, beam["points"][end]]
     short, long = (
@@ -171,10 +171,10 @@ def test_samples_are_motions_of_other_inputs():
         for length in (1.99, 2.01)
     )
     # Young's modulus matters little: the corners of the interval are the two groups of samples
-    apart = [np.abs(tip - exact).max(axis=(1, 2)) for exact in (short, long)]
-    corners = np.minimum(*apart)[:12]
+    errors = [np.abs(tip - exact).max(axis=(1, 2)) for exact in (short, long)]
+    corners = np.minimum(*errors)[:12]
     assert corners.max() < 0.05 * np.abs(long).max()
-    assert (apart[0][:12] < apart[1][:12]).sum() == 6
+    assert (errors[0][:12] < errors[1][:12]).sum() == 6
     assert 0 < np.abs(tip[12:, :, -1]).mean() < np.abs(tip[:12, :, -1]).mean()
 
 
@@ -197,21 +197,21 @@ def test_gears_racks_and_guides():
         return fb.Mechanism(bodies=bodies, joints=joints)
 
     response = fb.dynamic_response(gears, duration=0.1, step=0.01)
-    found, told = motion_data(response, Space({}), samples=0)
-    assert found is not None, told
-    position = unpacked(found["position"])
-    direction = unpacked(found["direction"])
-    turns = [direction[own["turn"]] for own in frames(found, "joint 'teeth'")]
+    motion, reasons = motion_data(response, Space({}), samples=0)
+    assert motion is not None, reasons
+    position = unpack(motion["position"])
+    direction = unpack(motion["direction"])
+    turns = [direction[frame["turn"]] for frame in frames(motion, "joint 'teeth'")]
     angles = [np.arctan2(y, x) for x, y in turns]
-    np.testing.assert_allclose(angles[0], 2.0 * unpacked(found["times"]), atol=2e-3)
-    np.testing.assert_allclose(angles[1], -1.0 * unpacked(found["times"]), atol=2e-3)
-    ends = position[list(frames(found, "joint 'rack'")[0]["ends"])]
+    np.testing.assert_allclose(angles[0], 2.0 * unpack(motion["times"]), atol=2e-3)
+    np.testing.assert_allclose(angles[1], -1.0 * unpack(motion["times"]), atol=2e-3)
+    ends = position[list(frames(motion, "joint 'rack'")[0]["ends"])]
     np.testing.assert_allclose(ends[:, 1], -0.1, atol=1e-4)
     np.testing.assert_allclose(ends[:, 0, -1] - ends[:, 0, 0], 0.02, atol=1e-4)
     np.testing.assert_allclose(
-        direction[frames(found, "joint 'guide'")[0]["turn"]].T, [[1.0, 0.0]] * 11, atol=1e-3
+        direction[frames(motion, "joint 'guide'")[0]["turn"]].T, [[1.0, 0.0]] * 11, atol=1e-3
     )
-    (contact,) = [item for item in found["forces"] if item["name"] == "teeth"]
+    (contact,) = [arrow for arrow in motion["forces"] if arrow["name"] == "teeth"]
     np.testing.assert_allclose(position[contact["at"]].T, [[0.1, 0.0]] * 11, atol=1e-4)
 
 
@@ -227,24 +227,24 @@ def test_samples_that_fail_are_left_out():
         )
 
     response = fb.dynamic_response(closing, duration=0.01, step=0.01)
-    found, told = motion_data(response, Space({"length": fb.Interval(0.8, 1.2)}))
-    assert found is not None, told
-    assert "not drawn, of 23, since their motion fails" in told[0]
-    assert 0 < found["samples"]["deviation"]["shape"][0] < 23
+    motion, reasons = motion_data(response, Space({"length": fb.Interval(0.8, 1.2)}))
+    assert motion is not None, reasons
+    assert "not drawn, of 23, since their motion fails" in reasons[0]
+    assert 0 < motion["samples"]["deviation"]["shape"][0] < 23
 
 
 def test_without_a_mechanism_or_without_its_motion_the_reason_is_told():
-    found, told = motion_data(lambda length: length, Space(INPUTS))
-    assert found is None
-    assert "no animation" in told[0]
+    motion, reasons = motion_data(lambda length: length, Space(INPUTS))
+    assert motion is None
+    assert "no animation" in reasons[0]
 
-    def broken(length):
+    def fail(length):
         raise ValueError("no such length")
 
-    response = fb.dynamic_response(broken, duration=1.0, step=0.1)
-    found, told = motion_data(response, Space({"length": fb.Interval(1.0, 2.0)}))
-    assert found is None
-    assert "no such length" in told[-1]
+    response = fb.dynamic_response(fail, duration=1.0, step=0.1)
+    motion, reasons = motion_data(response, Space({"length": fb.Interval(1.0, 2.0)}))
+    assert motion is None
+    assert "no such length" in reasons[-1]
 
 
 def test_a_mechanism_at_rest_has_one_instant():
@@ -259,13 +259,13 @@ def test_a_mechanism_at_rest_has_one_instant():
         )
 
     space = Space({"stiffness": fb.Interval(90.0, 110.0)})
-    found, told = motion_data(fb.static_response(hanging), space)
-    assert told == []
-    assert found is not None
-    (number,) = points(found, "body 'm'")
-    assert found["times"]["shape"] == [1]
-    assert -1.099 < unpacked(found["position"])[number, 1, 0] < -1.09
-    assert np.ptp(unpacked(found["samples"]["deviation"])[:, 0, 1, 0]) == pytest.approx(0.02, 0.1)
+    motion, reasons = motion_data(fb.static_response(hanging), space)
+    assert reasons == []
+    assert motion is not None
+    (number,) = points(motion, "body 'm'")
+    assert motion["times"]["shape"] == [1]
+    assert -1.099 < unpack(motion["position"])[number, 1, 0] < -1.09
+    assert np.ptp(unpack(motion["samples"]["deviation"])[:, 0, 1, 0]) == pytest.approx(0.02, 0.1)
 
 
 def test_a_drive_that_ends_is_drawn():
@@ -298,15 +298,15 @@ def test_the_motion_of_a_study_has_its_discretization_and_first_options():
     response = fb.dynamic_response(pendulum, duration=0.1, output_step=0.01)
     study = fb.Study(response, inputs, fb.AdaptivePCCI(tolerance=0.05))
     surrogate = study.expand()
-    found, told = study_motion(study, surrogate, samples=4)
-    assert found is not None
-    assert told == ["The animation is that of height = 0.02."]
-    axis, nodes, half = beam_of(found, "beam")
+    motion, reasons = study_motion(study, surrogate, samples=4)
+    assert motion is not None
+    assert reasons == ["The animation is that of height = 0.02."]
+    axis, nodes, half = beam_of(motion, "beam")
     assert half[0] == pytest.approx(0.01, rel=1e-7)
     first = surrogate.surrogates["0.02"]
     elements = int(first.diagnostics.attrs["discretization"].rpartition(" ")[2])
     assert len(nodes) - 1 == elements
-    nominal = unpacked(found["position"])[axis[-1]]
+    nominal = unpack(motion["position"])[axis[-1]]
     mean = first.bands()["mean"].sel(output="tip_Y")
     lower, upper = mean.values
     slack = 1e-3 + (upper - lower)
@@ -317,20 +317,20 @@ def test_the_motion_of_a_study_has_its_discretization_and_first_options():
 def test_a_study_whose_runs_take_long_shows_the_nominal_motion_alone():
     study = fb.Study(RESPONSE, INPUTS, fb.PCCI(1, 1))
 
-    def shown(seconds):
-        given = given_by(study, INPUTS, None, None, seconds=seconds)
-        motion = given.get("motion")
+    def drawing_of(seconds):
+        record = given_by(study, INPUTS, None, None, seconds=seconds)
+        motion = record.get("motion")
         samples = motion["samples"]["deviation"]["shape"][0] if motion else None
-        return samples, motion and motion["times"], given["hidden"]
+        return samples, motion and motion["times"], record["hidden"]
 
-    samples, times, told = shown(0.1)
-    assert (samples, told) == (23, [])
-    assert shown(4.2)[:2] == (0, times)
-    assert shown(4.2)[2] == [
+    samples, times, hidden = drawing_of(0.1)
+    assert (samples, hidden) == (23, [])
+    assert drawing_of(4.2)[:2] == (0, times)
+    assert drawing_of(4.2)[2] == [
         "The motion is the nominal one, without samples of the inputs, since a run takes 4.2 s on "
         "average."
     ]
-    assert shown(75.0) == (
+    assert drawing_of(75.0) == (
         None,
         None,
         ["The motion is not shown, since a run takes 75 s on average."],

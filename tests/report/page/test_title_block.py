@@ -30,8 +30,8 @@ def run(*arguments):
 def folder(tmp_path):
     (tmp_path / "study.py").write_text(STUDY.format(rate=0.1, order=3), encoding="utf-8")
     (tmp_path / "study.toml").write_text('title = "Wiper"\ndate = 2026-11-26\n', encoding="utf-8")
-    done = run("run", tmp_path / "study.py", "-o", tmp_path / "out")
-    assert done.exit_code in (0, 3), done.output
+    result = run("run", tmp_path / "study.py", "-o", tmp_path / "out")
+    assert result.exit_code in (0, 3), result.output
     return tmp_path / "out"
 
 
@@ -43,8 +43,8 @@ def test_a_page_has_the_title_block_of_the_study_and_of_the_file_beside_it(folde
         assert f"<dt>{field}</dt><dd>{text}</dd>" in page
     assert 'class="unreliable"' not in page
     (folder.parent / "study.toml").write_text('revision = "C"\n', encoding="utf-8")
-    again = run("run", folder.parent / "study.py", "-o", folder)
-    assert "no run was made" in again.output
+    second = run("run", folder.parent / "study.py", "-o", folder)
+    assert "no run was made" in second.output
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "<dt>revision</dt><dd>C</dd>" in page  # though the result is the same
 
@@ -58,16 +58,16 @@ def test_numbers_of_a_result_that_is_not_reliable_are_marked(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("block", "message"),
     [
         ({"autor": "A"}, "title_block must have title, author, part.* alone; got 'autor'"),
         ({"author": ["A"]}, r"title_block\['author'\] must be a text; got"),
         ("A", "title_block must be names with texts"),
     ],
 )
-def test_what_is_no_title_block_is_refused(given, message):
+def test_what_is_no_title_block_is_refused(block, message):
     with pytest.raises(fb.errors.InputError, match=message):
-        fb.Study(lambda a: a, {"a": fb.Interval(0, 1)}, fb.PCCI(), title_block=given)
+        fb.Study(lambda a: a, {"a": fb.Interval(0, 1)}, fb.PCCI(), title_block=block)
 
 
 @pytest.mark.parametrize(
@@ -82,8 +82,8 @@ def test_a_file_that_is_no_title_block_is_refused(tmp_path, text, message):
 
 @pytest.mark.skipif(not any(map(shutil.which, pdf.BROWSERS)), reason="no browser")
 def test_a_report_is_printed(folder):
-    done = run("report", folder, "--pdf")
-    assert done.exit_code == 0, done.output
+    result = run("report", folder, "--pdf")
+    assert result.exit_code == 0, result.output
     content = (folder / "report.pdf").read_bytes()
     assert content.startswith(b"%PDF")
     assert b"/Type /Page\n" in content or content.count(b"/Type /Page") > 1
@@ -91,10 +91,10 @@ def test_a_report_is_printed(folder):
 
 def test_without_a_browser_a_sentence_says_what_to_do(folder, monkeypatch):
     monkeypatch.setenv("PATH", "")
-    done = run("report", folder, "--pdf")
-    assert done.exit_code == 1
+    result = run("report", folder, "--pdf")
+    assert result.exit_code == 1
     assert "needs Chromium, Chrome or Edge on the PATH; none is there" in " ".join(
-        done.output.split()
+        result.output.split()
     )
 
 

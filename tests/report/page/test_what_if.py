@@ -41,8 +41,8 @@ def test_inputs_that_can_be_narrowed_and_why_others_cannot(surrogate):
     data, why = what_if(surrogate, surrogate.bands(2.0))
     assert not why
     assert json.loads(json.dumps(data, allow_nan=False))["sigmas"] == 2.0
-    assert [one["name"] for one in data["intervals"]] == ["e.mean", "f"]
-    assert [one["name"] for one in data["sizes"]] == ["a", "b", "c", "h"]
+    assert [entry["name"] for entry in data["intervals"]] == ["e.mean", "f"]
+    assert [entry["name"] for entry in data["sizes"]] == ["a", "b", "c", "h"]
     assert data["remarks"] == [
         "d keeps its scatter: it is a Triangular.",
         "e keeps its scatter: it is a Normal with intervals as parameters.",
@@ -60,26 +60,26 @@ def test_half_the_scatter_is_what_the_python_of_the_panel_says(surrogate):
         "c": fb.Uniform(1.25, 1.75),
         "h": dataclasses.replace(INPUTS["h"], std=0.05),
     }
-    for one in data["sizes"]:
-        text = one["python"].format(*(a + b * 0.5 for a, b in one["ends"]))
+    for size in data["sizes"]:
+        text = size["python"].format(*(a + b * 0.5 for a, b in size["ends"]))
         names = {"fb": fb, "dataclasses": dataclasses, "surrogate": surrogate}
-        assert eval(text, names) == expected[one["name"]]
-    fixed = {one["name"]: one["fixed"] for one in data["sizes"]}
+        assert eval(text, names) == expected[size["name"]]
+    fixed = {size["name"]: size["fixed"] for size in data["sizes"]}
     median = float(INPUTS["b"].value(np.zeros((1, 1)))[0])
     assert fixed == pytest.approx({"a": 2.0, "b": median, "c": 1.5, "h": None})
 
 
 def test_responses_and_inputs_without_a_panel():
-    def plain(x, y):
+    def total(x, y):
         return (x + y)[:, None] * TIME
 
     correlated = fb.Correlated({"x": fb.Normal(0, 1), "y": fb.Normal(0, 1)}, [[1, 0.5], [0.5, 1]])
-    one = fb.expand(plain, {"pair": correlated}, fb.PCCI(1, 1))
-    assert what_if(one, one.bands()) == (
+    of_pair = fb.expand(total, {"pair": correlated}, fb.PCCI(1, 1))
+    assert what_if(of_pair, of_pair.bands()) == (
         None,
         [f"{name} keeps its scatter: it is correlated with other inputs." for name in "xy"],
     )
-    data, why = what_if(None, one.bands())
+    data, why = what_if(None, of_pair.bands())
     assert data is None
     assert "makes no surrogate" in why[0]
 

@@ -36,7 +36,7 @@ def test_a_property_varies_with_the_position_and_what_drives_with_the_time():
     assert along == {"modulus": "position", "turn": "time"}
     axes = fields_figure(inputs, along).axes
     labels = ["position [m]", "time [s]", "position [m] or time [s]"]
-    assert [own.get_xlabel() for own in axes] == labels
+    assert [panel.get_xlabel() for panel in axes] == labels
     assert axes[0].get_ylabel() == "modulus"
     assert field_axes(lambda modulus: modulus, {"modulus": FIELD}) == {}
 
@@ -45,10 +45,10 @@ def test_a_property_varies_with_the_position_and_what_drives_with_the_time():
 def test_a_comparison_tells_what_fields_are_functions_of(tmp_path, monkeypatch):
     inputs = {"modulus": FIELD, "turn": ANGLE}
 
-    def free(modulus, turn):
+    def bare_arm(modulus, turn):
         return replace(arm(modulus, turn, None), loads={})
 
-    response = fb.dynamic_response(free, duration=0.02, step=1e-3)
+    response = fb.dynamic_response(bare_arm, duration=0.02, step=1e-3)
     study = fb.Study(response, inputs, fb.PCCI(1, 1))
     drawn = {}
     monkeypatch.setattr(
@@ -57,7 +57,7 @@ def test_a_comparison_tells_what_fields_are_functions_of(tmp_path, monkeypatch):
     )
     scan = fb.LHSScanning(4, 2)
     write_comparison_report(tmp_path, "arm", study, compare(study, scan, []), [])
-    labels = [own.get_xlabel() for own in drawn["Realizations of the fields"]().axes]
+    labels = [panel.get_xlabel() for panel in drawn["Realizations of the fields"]().axes]
     assert labels == ["position [m]", "time [s]"]
 
 

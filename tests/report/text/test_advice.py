@@ -81,7 +81,7 @@ def test_runs_that_refute_an_accuracy_meet_a_rare_effect():
 def test_every_reason_has_a_case_and_where_it_is_met_only_the_ringing_is_stated():
     covered = {reason for _, reasons, _ in CASES.values() for reason in reasons}
     assert covered | {Shortfall.RARE_EFFECTS} == set(Shortfall)
-    met = MISSED | RINGING | {"expected_error": 0.01, "expansion_error": 0.01}
-    (text,) = advice_on(xr.Dataset(attrs=met))
+    attrs = MISSED | RINGING | {"expected_error": 0.01, "expansion_error": 0.01}
+    (text,) = advice_on(xr.Dataset(attrs=attrs))
     assert text == "F rings at 41.8 Hz from the start, by up to 47 % of the band's width"
     assert not advice_on(xr.Dataset())

@@ -44,9 +44,9 @@ from flexband.uncertainty.surrogates.unconverged import Cause, in_words, of_attr
 
 def closed_below(index):
     """Return whether every lower neighbour of every term is there."""
-    known = set(map(tuple, index.tolist()))
-    lower = [(*nu[:v], k - 1, *nu[v + 1 :]) for nu in known for v, k in enumerate(nu) if k]
-    return all(mu in known for mu in lower)
+    terms = set(map(tuple, index.tolist()))
+    lower = [(*nu[:v], k - 1, *nu[v + 1 :]) for nu in terms for v, k in enumerate(nu) if k]
+    return all(mu in terms for mu in lower)
 
 
 @given(st.integers(1, 6), st.integers(0, 4), st.integers(1, 40), st.integers(0, 10_000))
@@ -54,14 +54,14 @@ def test_sets_of_terms_are_downward_closed(m, n, count, seed):
     index = first_terms(m, n, max(count, 1 + m + n))
     assert closed_below(index)
     sizes = np.random.default_rng(seed).random((3, len(index)))
-    more = TermSizes(index, sizes).next_terms(12, np.full(m + n, 6))
-    grown = np.concatenate([index, more])
-    assert closed_below(grown)
-    assert len(np.unique(grown, axis=0)) == len(grown)
-    known = set(map(tuple, index.tolist()))
-    for nu in above(known):
-        assert nu not in known
-        assert closed_below(np.array([*known, nu]))
+    new_terms = TermSizes(index, sizes).next_terms(12, np.full(m + n, 6))
+    all_terms = np.concatenate([index, new_terms])
+    assert closed_below(all_terms)
+    assert len(np.unique(all_terms, axis=0)) == len(all_terms)
+    terms = set(map(tuple, index.tolist()))
+    for nu in above(terms):
+        assert nu not in terms
+        assert closed_below(np.array([*terms, nu]))
 
 
 def test_sizes_of_products_are_foreseen():
@@ -69,22 +69,22 @@ def test_sizes_of_products_are_foreseen():
     index = first_terms(2, 0, 6)
     decay = np.array([0.5, 0.1])
     sizes = np.prod(decay**index, axis=1)[None]
-    known = TermSizes(index, sizes)
-    assert known.expected((3, 0)) == pytest.approx(0.125)
-    assert known.expected((2, 1)) == pytest.approx(0.025)
-    more = known.next_terms(3, np.full(2, 9))
-    np.testing.assert_array_equal(more, [[3, 0], [4, 0], [5, 0]])
-    assert known.total(more) == pytest.approx([0.125 + 0.0625 + 0.03125])
+    term_sizes = TermSizes(index, sizes)
+    assert term_sizes.expected((3, 0)) == pytest.approx(0.125)
+    assert term_sizes.expected((2, 1)) == pytest.approx(0.025)
+    new_terms = term_sizes.next_terms(3, np.full(2, 9))
+    np.testing.assert_array_equal(new_terms, [[3, 0], [4, 0], [5, 0]])
+    assert term_sizes.total(new_terms) == pytest.approx([0.125 + 0.0625 + 0.03125])
 
 
 def test_even_terms_are_not_hidden_by_odd_ones():
     index = np.array([[0, 0], [1, 0], [0, 1], [2, 0], [0, 2], [1, 1]])
     sizes = np.array([[1.0, 0.0, 0.0, 0.25, 0.25, 0.0]])
-    known = TermSizes(index, sizes)
-    assert known.rates[0] == pytest.approx(0.5)
-    more = known.next_terms(8, np.full(2, 9)).tolist()
-    assert [2, 2] in more
-    assert [4, 0] in more
+    term_sizes = TermSizes(index, sizes)
+    assert term_sizes.rates[0] == pytest.approx(0.5)
+    new_terms = term_sizes.next_terms(8, np.full(2, 9)).tolist()
+    assert [2, 2] in new_terms
+    assert [4, 0] in new_terms
 
 
 @given(st.integers(1, 5), st.integers(0, 3), st.integers(0, 10_000))
@@ -93,8 +93,8 @@ def test_a_sparse_expansion_interpolates_its_runs(variables, n, seed):
     m = variables - n
     rng = np.random.default_rng(seed)
     index = first_terms(m, n, 1 + m + n)
-    known = TermSizes(index, rng.random((2, len(index))))
-    index = np.concatenate([index, known.next_terms(10, np.full(m + n, 4))])
+    term_sizes = TermSizes(index, rng.random((2, len(index))))
+    index = np.concatenate([index, term_sizes.next_terms(10, np.full(m + n, 4))])
     families = [(HERMITE, LEGENDRE)[k % 2] for k in range(n)]
     design = NestedDesign(index, families)
     values = rng.standard_normal((len(index), 3))
@@ -157,8 +157,8 @@ def test_an_interval_and_a_lognormal_variable(p, q, slope, half, cv):
     std = mean * np.sqrt(np.expm1(q**2 * variance))
     low = a**p * (mean - std) + slope * a
     high = a**p * (mean + std) + slope * a
-    off = np.abs(bands["error_bar"].values - [low.min(), high.max()]).max()
-    assert off <= 5 * bands.attrs["expected_error"] * (high.max() - low.min())
+    error = np.abs(bands["error_bar"].values - [low.min(), high.max()]).max()
+    assert error <= 5 * bands.attrs["expected_error"] * (high.max() - low.min())
 
 
 @pytest.mark.parametrize("power", [6, 7, 8])
@@ -183,16 +183,16 @@ def test_what_no_order_follows_at_rare_values_is_not_expected_to_be_right(power,
     mean = np.exp((power**2 - power) * variance / 2)
     std = mean * np.sqrt(np.expm1(power**2 * variance))
     true = np.array([1.1 * (mean - std), 1.1 * (mean + std)])
-    off = np.abs(bands["error_bar"].values - true).max() / np.ptp(true)
-    assert off < 5 * bands.attrs["expected_error"]
+    error = np.abs(bands["error_bar"].values - true).max() / np.ptp(true)
+    assert error < 5 * bands.attrs["expected_error"]
     assert "tolerance" not in bands.attrs["stopped"]
 
 
 def test_runs_along_slopes_tell_the_mean_square_of_a_cube_beyond_other_runs():
-    found = RareValues.along_slopes(np.ones((1, 1)), [HERMITE], 0)
-    missed = found.weight @ (found.xi[:, 0] ** 3) ** 2
+    rare = RareValues.along_slopes(np.ones((1, 1)), [HERMITE], 0)
+    mean_square = rare.weight @ (rare.xi[:, 0] ** 3) ** 2
     exact = 2 * quad(lambda z: norm.pdf(z) * z**6, 2.5, 20)[0]
-    assert missed == pytest.approx(exact, rel=1e-6)
+    assert mean_square == pytest.approx(exact, rel=1e-6)
 
 
 def test_rare_values_at_which_a_response_fails_are_left_out():
@@ -221,8 +221,8 @@ def test_a_refusal_at_one_rare_value_hides_no_other():
     x = ndtri((np.arange(20_001) + 0.5) / 20_001)
     F = x + 10 * np.maximum(0.0, -x - 2.0)
     true = np.array([F.mean() - F.std() - 0.3, F.mean() + F.std() + 0.3])
-    off = np.abs(bands["error_bar"].values - true).max() / np.ptp(true)
-    assert 0.02 < off < 5 * bands.attrs["expected_error"]
+    error = np.abs(bands["error_bar"].values - true).max() / np.ptp(true)
+    assert 0.02 < error < 5 * bands.attrs["expected_error"]
 
 
 def test_steep_saturation_does_not_leave_the_range_of_the_runs():
@@ -234,9 +234,9 @@ def test_steep_saturation_does_not_leave_the_range_of_the_runs():
     w = w / w.sum()
     std = np.sqrt((F - (F @ w)[:, None]) ** 2 @ w)
     true = np.array([(F @ w - std).min(), (F @ w + std).max()])
-    off = np.abs(bands["error_bar"].values - true).max() / np.ptp(true)
-    assert off < 5 * bands.attrs["expected_error"]
-    assert off < 0.15
+    error = np.abs(bands["error_bar"].values - true).max() / np.ptp(true)
+    assert error < 5 * bands.attrs["expected_error"]
+    assert error < 0.15
 
 
 def true_error(bands, truth):
@@ -289,19 +289,19 @@ def exact(f):
     axes = {"u": (2 * u - 1, u * 0 + 1)} | {
         k: (x, w) if many else (ndtri(u), u * 0 + 1) for k in "xyz"
     }
-    own = [axes[name] for name in names if name not in intervals]
-    points = np.array(list(itertools.product(*(p for p, _ in own)))).T
-    weights = np.array(list(map(np.prod, itertools.product(*(w for _, w in own)))))
+    rules = [axes[name] for name in names if name not in intervals]
+    points = np.array(list(itertools.product(*(p for p, _ in rules)))).T
+    weights = np.array(list(map(np.prod, itertools.product(*(w for _, w in rules)))))
     eta = list(itertools.product(np.linspace(-1, 1, 41), repeat=len(intervals)))
-    if not own:
+    if not rules:
         values = f(*np.transpose(eta))
         return (values.min(), values.max()), (values.min(), values.max())
-    found = []
+    moments = []
     for e in eta:
         values = np.broadcast_to(f(*points, *e), weights.shape)
         mean = np.average(values, weights=weights)
-        found.append((mean, np.sqrt(np.average((values - mean) ** 2, weights=weights))))
-    mean, std = np.array(found).T
+        moments.append((mean, np.sqrt(np.average((values - mean) ** 2, weights=weights))))
+    mean, std = np.array(moments).T
     return (mean.min(), mean.max()), ((mean - std).min(), (mean + std).max())
 
 
@@ -332,8 +332,8 @@ def test_thirty_intervals_squared():
 
     inputs = {f"x{k}": fb.Interval(0.0, 1.0) for k in range(30)}
     bands = fb.propagate(response, inputs, fb.AdaptivePCCI(0.01, max_runs=40))
-    off = float(np.abs(bands["error_bar"] - [0.0, 900.0]).mean()) / 900
-    assert bands.attrs["expected_error"] > off / 5
+    error = float(np.abs(bands["error_bar"] - [0.0, 900.0]).mean()) / 900
+    assert bands.attrs["expected_error"] > error / 5
     assert bands.attrs["expected_error"] > 0.01
 
 
@@ -357,27 +357,27 @@ def test_generic_points_are_on_no_coordinate_of_the_nested_ones():
     families = HERMITE, LEGENDRE
     xi, eta = generic_points(0, 64, 3, families)
     for nested in NestedDesign(first_terms(3, 2, 40), families).points:
-        for own in (xi, eta):
-            assert np.abs(own.ravel()[:, None] - nested.ravel()).min() > 1e-4
-    again = [
+        for coordinates in (xi, eta):
+            assert np.abs(coordinates.ravel()[:, None] - nested.ravel()).min() > 1e-4
+    batches = [
         np.concatenate(v)
         for v in zip(
             generic_points(0, 8, 3, families), generic_points(8, 56, 3, families), strict=True
         )
     ]
-    np.testing.assert_array_equal(again[0], xi)
-    np.testing.assert_array_equal(again[1], eta)
+    np.testing.assert_array_equal(batches[0], xi)
+    np.testing.assert_array_equal(batches[1], eta)
 
 
 def test_places_of_extremes_are_apart_and_not_reached_yet():
     values = np.array([[[-1.0, -2.0, -3.0]], [[1.0, 2.0, 3.0]]])
     places = np.array([[[[-1.0], [-0.9], [-0.8]]], [[[1.0], [0.1], [0.9]]]])
-    found = [Extremes(values, places)] * 3
+    results = [Extremes(values, places)] * 3
     nothing = np.array([np.full((1, 3), np.inf), np.full((1, 3), -np.inf)])
-    np.testing.assert_array_equal(extreme_places(found, 8, nothing, 0.01), [[-0.8], [1.0], [0.1]])
-    reached = values + np.array([0.0, 0.03, 0.05])  # of a width of 4
-    np.testing.assert_array_equal(extreme_places(found, 8, reached, 0.01), [[-0.8]])
-    assert len(extreme_places(found, 8, reached, 0.02)) == 0
+    np.testing.assert_array_equal(extreme_places(results, 8, nothing, 0.01), [[-0.8], [1.0], [0.1]])
+    bounds = values + np.array([0.0, 0.03, 0.05])  # of a width of 4
+    np.testing.assert_array_equal(extreme_places(results, 8, bounds, 0.01), [[-0.8]])
+    assert len(extreme_places(results, 8, bounds, 0.02)) == 0
 
 
 def test_runs_fitted_later_count_by_the_probability_of_what_is_nearest_to_them():
@@ -463,17 +463,17 @@ def test_a_random_field_of_many_terms():
 
 def test_the_batch_and_the_order_of_inputs_do_not_change_bands():
     case = formula(damped)
-    one = fb.propagate(case.response, case.inputs, fb.AdaptivePCCI())
-    reported = []
-    two = fb.propagate(
+    forward = fb.propagate(case.response, case.inputs, fb.AdaptivePCCI())
+    reports = []
+    reverse = fb.propagate(
         case.response,
         dict(reversed(case.inputs.items())),
         fb.AdaptivePCCI(),
         batch=3,
-        progress=lambda *done: reported.append(done),
+        progress=lambda *done: reports.append(done),
     )
-    xr.testing.assert_equal(one.drop_attrs(), two.drop_attrs())
-    assert reported[-1] == (one.attrs["runs"],) * 2
+    xr.testing.assert_equal(forward.drop_attrs(), reverse.drop_attrs())
+    assert reports[-1] == (forward.attrs["runs"],) * 2
 
 
 @pytest.mark.parametrize(
@@ -526,12 +526,12 @@ def test_the_error_of_the_step_is_that_of_the_exact_bands(h):
     width = float((exact["error_bar"][1] - exact["error_bar"][0]).mean())
     for name in ("mean", "error_bar"):
         true = float(abs(bands[name] - exact[name]).mean()) / width
-        told = float(bands[f"{name}_discretization_error"].mean()) / width
-        assert told == pytest.approx(true, rel=0.3)
+        estimate = float(bands[f"{name}_discretization_error"].mean()) / width
+        assert estimate == pytest.approx(true, rel=0.3)
     attrs = bands.attrs
     assert attrs["discretization_error"] > 10 * attrs["expansion_error"]
-    whole = attrs["expansion_error"] + attrs["discretization_error"]
-    assert attrs["expected_error"] == pytest.approx(whole, rel=0.5)
+    total = attrs["expansion_error"] + attrs["discretization_error"]
+    assert attrs["expected_error"] == pytest.approx(total, rel=0.5)
     assert attrs["runs_refined"] == 3
     assert attrs["runs"] == attrs["runs_fitted"] + attrs["runs_checked"] + 3 + 1
     assert exact.attrs["discretization_error"] < 1e-9
@@ -543,10 +543,10 @@ class Open:
     def __init__(self, h=1.0, n=2, left_out=("step", "elements")):
         self.h = h
         self.n = n
-        self.given = left_out
+        self.open_settings = left_out
 
     def left_out(self, x, e):
-        return list(self.given)
+        return list(self.open_settings)
 
     def refinements(self, x, e):
         return {"step": Open(self.h / 2, self.n), "elements": Open(self.h, 2 * self.n)}
@@ -638,7 +638,7 @@ class Computed(Open):
         self.tensor_names = tensor_names
 
     def _at(self, h, n):
-        return type(self)(self.other, h, n, self.given, self.names, self.tensor_names)
+        return type(self)(self.other, h, n, self.open_settings, self.names, self.tensor_names)
 
     def refinements(self, x, e):
         return {"step": self._at(self.h / 2, self.n), "elements": self._at(self.h, 2 * self.n)}
@@ -651,9 +651,9 @@ class Computed(Open):
 
     def __call__(self, x, e):
         wave = super().__call__(x, e).values
-        both = np.stack([wave, self.other(wave, x, e, self.h, self.n)], axis=1)
+        values = np.stack([wave, self.other(wave, x, e, self.h, self.n)], axis=1)
         labels = {"output": ["a", "b"], "time": EVERY_OTHER}
-        return xr.DataArray(both, dims=("sample", "output", "time"), coords=labels)
+        return xr.DataArray(values, dims=("sample", "output", "time"), coords=labels)
 
 
 SPREAD = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
@@ -662,8 +662,8 @@ SPREAD = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
 @cache
 def oscillator_alone():
     """Return the bands of the first output of `Computed`, without the second."""
-    alone = Open(0.5, 100, ("step",))
-    return fb.propagate(alone, SPREAD, fb.AdaptivePCCI(0.01, correct=False))
+    response = Open(0.5, 100, ("step",))
+    return fb.propagate(response, SPREAD, fb.AdaptivePCCI(0.01, correct=False))
 
 
 def noise(x, e, h):
@@ -680,18 +680,18 @@ def test_a_component_that_is_rounding_does_not_drive_the_refinement():
     def other(wave, x, e, h, n):
         return 1e-9 * noise(x, e, h)
 
-    one = Computed(other, quantities=("s [Pa]", "s [Pa]"))
-    bands = fb.propagate(one, SPREAD, fb.AdaptivePCCI(0.01, correct=False))
-    alone = oscillator_alone()
+    response = Computed(other, quantities=("s [Pa]", "s [Pa]"))
+    bands = fb.propagate(response, SPREAD, fb.AdaptivePCCI(0.01, correct=False))
+    reference = oscillator_alone()
     assert bands.attrs["expected_error"] < 0.01
-    assert bands.attrs["discretization"] == alone.attrs["discretization"]
-    assert bands.attrs["runs"] == alone.attrs["runs"]
+    assert bands.attrs["discretization"] == reference.attrs["discretization"]
+    assert bands.attrs["runs"] == reference.attrs["runs"]
     assert bands.attrs["small_components"] == "b"
     assert any(line.startswith("b: the tolerance is judged in parts") for line in remarks(bands))
     assert bool(bands["trusted"].all())
     error = bands["error_bar_expected_error"].sel(output="b")
     assert 1e-10 < float(error.mean()) < 1e-8  # in the unit of the output
-    assert "small_components" not in alone.attrs
+    assert "small_components" not in reference.attrs
     same = Computed(lambda wave, x, e, h, n: 2 * wave, quantities=("s [Pa]", "s [Pa]"))
     assert (
         "small_components"
@@ -706,17 +706,17 @@ def test_components_of_a_tensor_are_judged_by_the_widest_and_told_by_their_own()
     names = ("s [Pa]", "s [Pa]")
     vector = Computed(other, quantities=names)
     tensor = Computed(other, quantities=names, tensor_names=names[:1])
-    alone = oscillator_alone()
+    reference = oscillator_alone()
     bands = fb.propagate(tensor, SPREAD, fb.AdaptivePCCI(0.01, correct=False))
-    assert bands.attrs["discretization"] == alone.attrs["discretization"]
-    finer = fb.propagate(vector, SPREAD, fb.AdaptivePCCI(0.01, correct=False))
-    assert step_of(finer) < step_of(bands)
+    assert bands.attrs["discretization"] == reference.attrs["discretization"]
+    vector_bands = fb.propagate(vector, SPREAD, fb.AdaptivePCCI(0.01, correct=False))
+    assert step_of(vector_bands) < step_of(bands)
     assert bands.attrs["expected_error"] < 0.01
     assert bands.attrs["small_components"] == "b"
     width = (bands["error_bar"][1] - bands["error_bar"][0]).mean("time")
-    own = float((bands["error_bar_expected_error"].mean("time") / width).sel(output="b"))
-    assert own > 0.01 > float(bands["relative_expected_error"].sel(output="b"))
-    assert expected_errors(bands)["b"] == pytest.approx(own, rel=0.2)
+    error_of_b = float((bands["error_bar_expected_error"].mean("time") / width).sel(output="b"))
+    assert error_of_b > 0.01 > float(bands["relative_expected_error"].sel(output="b"))
+    assert expected_errors(bands)["b"] == pytest.approx(error_of_b, rel=0.2)
 
 
 def test_a_component_of_a_tensor_is_not_trusted_where_its_own_variation_is_missed():
@@ -731,11 +731,11 @@ def test_a_component_of_a_tensor_is_not_trusted_where_its_own_variation_is_misse
 
 
 def test_an_output_that_is_zero_in_all_runs_does_not_drive_the_refinement():
-    one = Computed(lambda wave, x, e, h, n: 0 * wave)
-    bands = fb.propagate(one, SPREAD, fb.AdaptivePCCI(0.01, correct=False))
-    alone = oscillator_alone()
+    response = Computed(lambda wave, x, e, h, n: 0 * wave)
+    bands = fb.propagate(response, SPREAD, fb.AdaptivePCCI(0.01, correct=False))
+    reference = oscillator_alone()
     assert bands.attrs["expected_error"] < 0.01
-    assert bands.attrs["discretization"] == alone.attrs["discretization"]
+    assert bands.attrs["discretization"] == reference.attrs["discretization"]
     assert np.all(bands["error_bar"].sel(output="b") == 0)
 
 
@@ -747,7 +747,7 @@ def test_refinement_ends_where_the_error_of_an_output_no_longer_falls():
     bands = fb.propagate(Computed(other), SPREAD, fb.AdaptivePCCI(0.01))
     text = "the error of b that is due to the step no longer falls: it oscillates about "
     assert in_words(bands.attrs).startswith(text)
-    assert [one.cause for one in of_attributes(bands.attrs)] == [Cause.STAGNANT]
+    assert [verdict.cause for verdict in of_attributes(bands.attrs)] == [Cause.STAGNANT]
     assert bands.attrs["discretization_error"] > 0.005
     assert remarks(bands)[-1].endswith("NOT met by the discretization: " + in_words(bands.attrs))
     assert step_of(bands) > 2.0**-8
@@ -760,13 +760,13 @@ def test_an_output_that_vanishes_does_not_drive_the_refinement():
     """As the moment at a pinned end, of which finer meshes leave less and less."""
 
     def other(wave, x, e, h, n):
-        own = (e + 0.1 * x)[:, None] + 5 * EVERY_OTHER / EVERY_OTHER[-1]
-        return h**2 * own
+        moment = (e + 0.1 * x)[:, None] + 5 * EVERY_OTHER / EVERY_OTHER[-1]
+        return h**2 * moment
 
     bands = fb.propagate(Computed(other), SPREAD, fb.AdaptivePCCI(0.01, correct=False))
     text = "the error of b that is due to the step no longer falls: it oscillates about "
     assert in_words(bands.attrs).startswith(text)
-    assert [one.cause for one in of_attributes(bands.attrs)] == [Cause.STAGNANT]
+    assert [verdict.cause for verdict in of_attributes(bands.attrs)] == [Cause.STAGNANT]
     assert step_of(bands) >= 2.0**-6
     error = bands["error_bar_discretization_error"].sel(output="b").mean()
     width = (bands["error_bar"][1] - bands["error_bar"][0]).sel(output="b").mean()
@@ -804,15 +804,15 @@ def test_a_level_that_fails_does_not_lose_the_finished_ones(error):
 
 
 def test_runs_that_cannot_start_are_not_tried_with_finer_steps():
-    tried = []
+    steps = []
 
     def other(wave, x, e, h, n):
-        tried.append(h)
+        steps.append(h)
         raise fb.errors.AssemblyError("1 of 8 runs failed", {0: (0.0, "open")})
 
     with pytest.raises(fb.errors.AssemblyError):
         fb.propagate(Computed(other), SPREAD, fb.AdaptivePCCI(0.01))
-    assert len(set(tried)) == 1
+    assert len(set(steps)) == 1
 
 
 def test_what_is_given_too_coarsely_is_told_where_the_rest_is_left_out():
@@ -847,36 +847,38 @@ def test_a_finer_run_that_fails_loses_nothing():
 
 
 @pytest.mark.parametrize(
-    "one", [fb.Uniform(-1.0, 1.0), fb.Interval(-1.0, 1.0), fb.Normal(0.0, 1.0)], ids=repr
+    "quantity", [fb.Uniform(-1.0, 1.0), fb.Interval(-1.0, 1.0), fb.Normal(0.0, 1.0)], ids=repr
 )
-def test_a_jump_uses_up_all_orders_of_one_input(one):
-    bands = fb.propagate(lambda x: np.sign(x - 0.123), {"x": one}, fb.AdaptivePCCI(0.001))
+def test_a_jump_uses_up_all_orders_of_one_input(quantity):
+    bands = fb.propagate(lambda x: np.sign(x - 0.123), {"x": quantity}, fb.AdaptivePCCI(0.001))
     assert bands.attrs["stopped"] == "all orders are in use"
     assert bands.attrs["expected_error"] > 0.02
 
 
 def test_the_place_where_a_response_is_not_smooth_is_named():
     def response(gap, force):
-        pushed = np.maximum(0.0, gap - 0.3)[:, None] * np.sin(9 * EVERY_OTHER)
+        contact_force = np.maximum(0.0, gap - 0.3)[:, None] * np.sin(9 * EVERY_OTHER)
         smooth = 0.1 * force[:, None] * (1 + EVERY_OTHER)
-        outputs = np.stack([smooth, pushed + smooth], axis=1)
+        outputs = np.stack([smooth, contact_force + smooth], axis=1)
         labels = {"output": ["u", "F"], "time": EVERY_OTHER}
         return xr.DataArray(outputs, dims=("sample", "output", "time"), coords=labels)
 
     inputs = {"gap": fb.Interval(-1.0, 1.0), "force": fb.Normal(0.0, 1.0)}
     bands = fb.propagate(response, inputs, fb.AdaptivePCCI(0.001, max_runs=60))
-    told = bands.attrs["largest_miss"]
-    assert told.startswith("of output F, time ")
-    assert told.endswith("in gap")
-    place = float(re.search(r"gap = (\S+):", told)[1])
+    message = bands.attrs["largest_miss"]
+    assert message.startswith("of output F, time ")
+    assert message.endswith("in gap")
+    place = float(re.search(r"gap = (\S+):", message)[1])
     assert abs(place - 0.3) < 0.25  # a held-out run next to it
 
 
 def test_only_runs_that_fail_are_left_out_of_those_held_out():
     values = np.array([1.0, 2.0, np.nan]).reshape(3, 1, 1)
     runs = ResponseRuns(np.zeros((3, 0)), np.arange(3.0)[:, None], values)
-    one = ResponseRuns(*(v[:1] for v in runs))
-    np.testing.assert_array_equal(successful_runs(one, 0).values, one.values)  # bounds at one place
+    single = ResponseRuns(*(v[:1] for v in runs))
+    np.testing.assert_array_equal(
+        successful_runs(single, 0).values, single.values
+    )  # bounds at one place
     np.testing.assert_array_equal(successful_runs(runs, 0).values, values[:2])
     with pytest.raises(fb.errors.RunError, match="most of the held-out runs"):
         successful_runs(runs, 1)
@@ -927,12 +929,12 @@ def test_each_output_keeps_one_fit_and_runs_are_held_once():
     method = fb.AdaptivePCCI(1e-9, 96, phase_resolved=False)
     fb.expand(response, inputs, method)  # compiles
     tracemalloc.start()
-    found = fb.expand(response, inputs, method)
+    surrogate = fb.expand(response, inputs, method)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    outputs = np.concatenate([one.outputs for one in found.expansions])
+    outputs = np.concatenate([expansion.outputs for expansion in surrogate.expansions])
     np.testing.assert_array_equal(np.sort(outputs), np.arange(len(rates)))
-    runs = 8 * found.diagnostics.attrs["runs"] * rates.size * time.size
+    runs = 8 * surrogate.diagnostics.attrs["runs"] * rates.size * time.size
     assert peak < 5 * runs
 
 

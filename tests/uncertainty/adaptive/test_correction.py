@@ -32,10 +32,10 @@ class StepError:
 
     def __call__(self, **values):
         values = {name: v[:, None] for name, v in values.items()}
-        return labelled(self.law(self.h, **values))
+        return with_labels(self.law(self.h, **values))
 
 
-def labelled(outputs):
+def with_labels(outputs):
     return xr.DataArray(
         np.stack(np.broadcast_arrays(*outputs), axis=1),
         dims=("sample", "output", "time"),
@@ -93,10 +93,10 @@ def relative(bands, exact):
 )
 def test_a_known_error_is_corrected_and_what_is_left_of_it_is_expected(law, kind, gain):
     exact = fb.propagate(StepError(law, 0.0), INPUTS, fb.AdaptivePCCI(1e-4))
-    plain, bands = (fb.propagate(StepError(law), INPUTS, m) for m in (PLAIN, CORRECTED))
+    uncorrected, bands = (fb.propagate(StepError(law), INPUTS, m) for m in (PLAIN, CORRECTED))
     assert bands.attrs["corrected"] == f"step of u0 by {kind}"
-    assert "corrected" not in plain.attrs
-    before = max(relative(plain, exact))
+    assert "corrected" not in uncorrected.attrs
+    before = max(relative(uncorrected, exact))
     after = max(relative(bands, exact))
     assert before > 0.03
     assert after < before / gain
@@ -104,10 +104,10 @@ def test_a_known_error_is_corrected_and_what_is_left_of_it_is_expected(law, kind
 
 
 def test_a_jump_is_not_corrected_and_its_error_is_that_without_correction():
-    plain, bands = (fb.propagate(StepError(jumping), INPUTS, m) for m in (PLAIN, CORRECTED))
+    uncorrected, bands = (fb.propagate(StepError(jumping), INPUTS, m) for m in (PLAIN, CORRECTED))
     assert "corrected" not in bands.attrs
     for name in (*BANDS, *(f"{band}_expected_error" for band in BANDS)):
-        np.testing.assert_array_equal(bands[name], plain[name])
+        np.testing.assert_array_equal(bands[name], uncorrected[name])
 
 
 def test_a_small_error_is_not_corrected():
@@ -121,9 +121,9 @@ def test_outputs_are_corrected_one_by_one():
         return (*ringing(h, x, e), *jumping(h, x, e), *smooth(2)(h, x, e), *smooth(2)(0.0, x, e))
 
     bands = fb.propagate(StepError(law), INPUTS, CORRECTED)
-    alone = fb.propagate(StepError(smooth(2)), INPUTS, CORRECTED)
+    single = fb.propagate(StepError(smooth(2)), INPUTS, CORRECTED)
     assert bands.attrs["corrected"] == "step of u2 by values; step of u0 by phases"
-    np.testing.assert_allclose(bands["mean"][:, 2], alone["mean"][:, 0], rtol=1e-9)
+    np.testing.assert_allclose(bands["mean"][:, 2], single["mean"][:, 0], rtol=1e-9)
 
 
 def off_by_a_third(h, x, e):
@@ -140,10 +140,10 @@ def shifted(request):
 
 
 def test_verification_confirms_a_corrected_surrogate(shifted):
-    verified = fb.verify(shifted, StepError(off_by_a_third)).verification
-    assert verified.attrs["confirmed"] == "yes"
-    assert "correct" in verified.attrs["verdict"]
-    assert float(verified["missed"].max()) < 1e-6
+    verification = fb.verify(shifted, StepError(off_by_a_third)).verification
+    assert verification.attrs["confirmed"] == "yes"
+    assert "correct" in verification.attrs["verdict"]
+    assert float(verification["missed"].max()) < 1e-6
     wrong = replace(shifted, correction=())
     assert fb.verify(wrong, StepError(off_by_a_third)).verification.attrs["confirmed"] == "no"
 
@@ -170,8 +170,8 @@ def probability(converged):
 
 def largest_probability(surrogate, response=None):
     limit = fb.Limit("u0", above=-5.0, below=3.5)
-    found = fb.analysis.failure_probability(surrogate, limit, response=response, seed=1)
-    return float(found["probability"].max())
+    probabilities = fb.analysis.failure_probability(surrogate, limit, response=response, seed=1)
+    return float(probabilities["probability"].max())
 
 
 @pytest.mark.parametrize("response", [None, StepError(off_by_a_third)])
@@ -195,11 +195,11 @@ def test_allocated_tolerances_are_those_of_the_converged_response(shifted, conve
 
 def test_parts_of_a_surrogate_and_files_have_its_correction(shifted, tmp_path):
     fb.save_surrogate(shifted, tmp_path / "s.npz")
-    loaded = fb.load_surrogate(tmp_path / "s.npz")
-    xr.testing.assert_identical(loaded.bands(), shifted.bands())
-    narrow = loaded.narrowed(e=fb.Interval(0.0, 0.5))
-    some = select_places(narrow, {"time": [0.0, 0.5, 1.0]})
-    for surrogate, middle in ((loaded, 0.0), (narrow, 0.25), (some, 0.25)):
+    copy = fb.load_surrogate(tmp_path / "s.npz")
+    xr.testing.assert_identical(copy.bands(), shifted.bands())
+    narrow = copy.narrowed(e=fb.Interval(0.0, 0.5))
+    part = select_places(narrow, {"time": [0.0, 0.5, 1.0]})
+    for surrogate, middle in ((copy, 0.0), (narrow, 0.25), (part, 0.25)):
         at = np.zeros((1, 1)), np.zeros((1, 1))
         change = surrogate.standard(*at) - surrogate.uncorrected.standard(*at)
         np.testing.assert_allclose(change, -0.8 * (1 + 0.1 * middle), atol=1e-9)
@@ -218,7 +218,7 @@ class CancellingError(StepError):
         h = self.h**2
         n = self.n**2
         shift = (0.5 * h - 0.5 * n - 0.1 * h * n) * np.cos(2 * TIMES)
-        return labelled((x[:, None] * (1 + TIMES) + e[:, None] * (1 + 0.2 * shift) + shift,))
+        return with_labels((x[:, None] * (1 + TIMES) + e[:, None] * (1 + 0.2 * shift) + shift,))
 
 
 def test_errors_of_step_and_elements_that_cancel_are_not_underestimated():

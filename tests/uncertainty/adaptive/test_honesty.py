@@ -29,7 +29,7 @@ FORMULAS = [
 ]
 
 
-def sampled(case, corners, inside, samples):
+def bands_of_samples(case, corners, inside, samples):
     """Return bands from samples ξ at random η: lower bounds of the true ranges."""
     space = Space(case.inputs)
     n = space.random_dimension
@@ -53,12 +53,12 @@ def sampled(case, corners, inside, samples):
 def test_references_agree_with_samples(family):
     case = draw(family, 5)
     truth = case.reference(1)
-    found = sampled(case, 16, 64, 256)
+    ranges = bands_of_samples(case, 16, 64, 256)
     width = (truth[1][1] - truth[1][0]).mean(axis=-1) + 1e-9 * np.abs(truth[1]).mean(axis=(0, 2))
-    for exact, own in zip(truth, found, strict=True):
-        outside = np.maximum(exact[0] - own[0], own[1] - exact[1]).mean(axis=-1)
+    for exact, bounds in zip(truth, ranges, strict=True):
+        outside = np.maximum(exact[0] - bounds[0], bounds[1] - exact[1]).mean(axis=-1)
         assert (outside < 0.01 * width).all()
-        assert (np.abs(exact - own).mean(axis=(0, 2)) < 0.1 * width).all()
+        assert (np.abs(exact - bounds).mean(axis=(0, 2)) < 0.1 * width).all()
 
 
 def test_references_of_exact_moments():
@@ -87,12 +87,14 @@ def test_rules(kind):
 
 @pytest.mark.parametrize("family", ["ring", "many", "units"])
 def test_cases_depend_on_family_and_seed_only(family):
-    one = draw(family, 3)
-    same = draw(family, 3)
-    other = draw(family, 4)
-    assert one.inputs == same.inputs != other.inputs
-    values = {name: np.array([i.value(np.full((1, 1), 0.3))[0]]) for name, i in one.inputs.items()}
-    np.testing.assert_array_equal(one.response(**values), same.response(**values))
+    first = draw(family, 3)
+    second = draw(family, 3)
+    third = draw(family, 4)
+    assert first.inputs == second.inputs != third.inputs
+    values = {
+        name: np.array([i.value(np.full((1, 1), 0.3))[0]]) for name, i in first.inputs.items()
+    }
+    np.testing.assert_array_equal(first.response(**values), second.response(**values))
 
 
 def test_outcomes_of_known_bands():
@@ -102,7 +104,7 @@ def test_outcomes_of_known_bands():
     mean = truth[0].copy()
     mean[0, 0, :2] = 0.1
     dims = ("bound", "output", "time")
-    found = xr.Dataset(
+    bands = xr.Dataset(
         {
             "mean": (dims, mean),
             "error_bar": (dims, bar),
@@ -112,18 +114,18 @@ def test_outcomes_of_known_bands():
         },
         attrs={"expected_error": 0.0055, "runs": 7},
     )
-    true, claim = errors(found, truth)
+    true, claim = errors(bands, truth)
     np.testing.assert_allclose(true[0, 0], [0.025, 0.025, 0, 0])
     np.testing.assert_allclose(claim[0, 0], [0.002, 0.01, 0.01, 0])
-    one = outcome("ring", 0, found, truth)
-    assert (one.runs, one.visible, one.missed) == (7, 2, 1)
-    assert (one.points, one.visible_bars, one.exceeded) == (4, 0, 0)
-    bars = found.assign(error_bar=found["error_bar"] + found["mean"])
-    one = outcome("ring", 0, bars, truth)
-    assert (one.points, one.visible_bars, one.exceeded) == (4, 2, 1)
-    assert one.true == pytest.approx(0.0125)
-    assert one.claim == pytest.approx(0.0055)
-    told_less = found.assign_attrs(expected_error=0.001)
+    result = outcome("ring", 0, bands, truth)
+    assert (result.runs, result.visible, result.missed) == (7, 2, 1)
+    assert (result.points, result.visible_bars, result.exceeded) == (4, 0, 0)
+    bars = bands.assign(error_bar=bands["error_bar"] + bands["mean"])
+    result = outcome("ring", 0, bars, truth)
+    assert (result.points, result.visible_bars, result.exceeded) == (4, 2, 1)
+    assert result.true == pytest.approx(0.0125)
+    assert result.claim == pytest.approx(0.0055)
+    told_less = bands.assign_attrs(expected_error=0.001)
     assert outcome("ring", 0, told_less, truth).claim == pytest.approx(0.001)
 
 
@@ -140,29 +142,29 @@ def test_outcomes_of_known_bands():
     ],
 )
 def test_verdicts(true, claim, expected):
-    one = Outcome("ring", 0, true=true, claim=claim, visible=10, missed=5)
-    one = replace(one, points=20, visible_bars=16, exceeded=4)
-    assert (right(one, 0.01), too_small(one), false(one, 0.01)) == expected
-    found = [rate.value for rate in rates([one] * 4, 0.01)]
-    assert found == [100 * expected[1], 100 * expected[2], 100 * expected[0], 50, 25, 20]
+    result = Outcome("ring", 0, true=true, claim=claim, visible=10, missed=5)
+    result = replace(result, points=20, visible_bars=16, exceeded=4)
+    assert (right(result, 0.01), too_small(result), false(result, 0.01)) == expected
+    percents = [rate.value for rate in rates([result] * 4, 0.01)]
+    assert percents == [100 * expected[1], 100 * expected[2], 100 * expected[0], 50, 25, 20]
 
 
 def test_references_of_a_mechanism_agree_with_samples():
     case = draw("pendulum", 4)
     truth = case.reference(1)
-    found = sampled(case, 8, 8, 32)
+    ranges = bands_of_samples(case, 8, 8, 32)
     width = (truth[1][1] - truth[1][0]).mean(axis=-1)
-    for exact, own in zip(truth, found, strict=True):
-        assert (np.abs(exact - own).mean(axis=(0, 2)) < 0.1 * width).all()
+    for exact, bounds in zip(truth, ranges, strict=True):
+        assert (np.abs(exact - bounds).mean(axis=(0, 2)) < 0.1 * width).all()
 
 
 def test_failures_count_as_not_right():
-    good = Outcome("ring", 0, true=0.002, claim=0.001, visible=10)
-    failed = Outcome("ring", 1, failure="ValueError: empty")
-    found = [rate.value for rate in rates([good, failed], 0.01)]
-    assert found == [0, 0, 50, 0, 0, 0]
-    assert not too_small(failed)
-    assert not false(failed, 0.01)
+    success = Outcome("ring", 0, true=0.002, claim=0.001, visible=10)
+    failure = Outcome("ring", 1, failure="ValueError: empty")
+    percents = [rate.value for rate in rates([success, failure], 0.01)]
+    assert percents == [0, 0, 50, 0, 0, 0]
+    assert not too_small(failure)
+    assert not false(failure, 0.01)
 
 
 @pytest.mark.parametrize(
@@ -181,16 +183,16 @@ def test_a_step_that_is_left_out_keeps_the_true_error_below_the_tolerance(family
 @pytest.mark.filterwarnings("ignore::flexband.errors.FlexbandWarning")
 def test_few_points_in_time_are_twice_as_wrong_as_their_pointwise_error():
     """Of responses that ring, beat or resonate; it is 1.5 times the error expected there."""
-    found = []
+    outcomes = []
     for family, seed in (("ring", 106), ("modes", 105), ("beats", 101), ("resonance", 102)):
         case = draw(family, seed)
         bands = fb.propagate(case.response, case.inputs, fb.AdaptivePCCI())
-        found.append(outcome(family, seed, bands, case.reference(1)))
+        outcomes.append(outcome(family, seed, bands, case.reference(1)))
         error = 1.5 * bands["error_bar_expected_error"]
         np.testing.assert_array_equal(bands["pointwise_error"], error)
-    seen = sum(one.visible_bars for one in found)
-    assert seen > 100
-    assert sum(one.exceeded for one in found) < 0.1 * seen
+    visible_count = sum(result.visible_bars for result in outcomes)
+    assert visible_count > 100
+    assert sum(result.exceeded for result in outcomes) < 0.1 * visible_count
 
 
 @pytest.mark.parametrize(("family", "seed"), [("impact", 3002), ("kinks", 3000)])
@@ -199,6 +201,6 @@ def test_what_is_missed_at_rare_values_is_not_counted_too_much(family, seed):
     """Six times the true error was expected of both when runs at 3.5 σ stood for all beyond 2.5."""
     case = draw(family, seed)
     bands = fb.propagate(case.response, case.inputs, METHOD)
-    found = outcome(family, seed, bands, case.reference(1))
-    assert right(found, METHOD.tolerance)
-    assert found.claim > found.true
+    result = outcome(family, seed, bands, case.reference(1))
+    assert right(result, METHOD.tolerance)
+    assert result.claim > result.true

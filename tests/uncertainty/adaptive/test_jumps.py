@@ -33,12 +33,12 @@ def response(e, x):
 def test_more_runs_are_not_advised_where_the_highest_orders_are_in_use(budget):
     with pytest.warns(
         fb.errors.FlexbandWarning, match="more runs hardly help.* LHSScanning"
-    ) as issued:
+    ) as records:
         surrogate = fb.expand(response, INPUTS, fb.AdaptivePCCI(max_runs=budget))
-    assert "in use in x (8)" in str(issued[0].message)
-    told = tables.remarks(surrogate.bands())
-    assert any("NOT met: more runs hardly help" in line for line in told)
-    assert not any("allow more runs" in line for line in told)
+    assert "in use in x (8)" in str(records[0].message)
+    lines = tables.remarks(surrogate.bands())
+    assert any("NOT met: more runs hardly help" in line for line in lines)
+    assert not any("allow more runs" in line for line in lines)
 
 
 def count_and_wave(e, x):
@@ -74,46 +74,49 @@ def test_a_count_that_is_alike_in_all_runs_is_named_and_decides_no_close_limit()
         fb.Requirement(name, "count", below=below, during=during)
         for name, (below, during) in ends.items()
     ]
-    checked = fb.analysis.check_limits(surrogate, limits)
-    assert checked["verdict"].values.tolist() == ["kept", "undecided", "not kept"]
-    (told,) = [line for line in tables.remarks(surrogate.bands()) if "count the same" in line]
-    assert told.startswith("count: all runs count the same at all times, but up to ")
+    margins = fb.analysis.check_limits(surrogate, limits)
+    assert margins["verdict"].values.tolist() == ["kept", "undecided", "not kept"]
+    (message,) = [line for line in tables.remarks(surrogate.bands()) if "count the same" in line]
+    assert message.startswith("count: all runs count the same at all times, but up to ")
 
 
 def test_answers_are_marked_where_the_error_is_above_its_tolerance():
     surrogate = fb.expand(response, INPUTS, fb.AdaptivePCCI())
     limit = fb.Limit(below=0.5)
-    found = fb.analysis.failure_probability(surrogate, limit)
+    probabilities = fb.analysis.failure_probability(surrogate, limit)
     above = r"Not reliable: the error expected of the surrogate is .* above the tolerance of 1 %"
-    assert found["confidence_high"].isnull().all()
+    assert probabilities["confidence_high"].isnull().all()
     assert (
-        fb.analysis.value_range(surrogate).attrs["surrogate_not_reliable"] in found.attrs["verdict"]
+        fb.analysis.value_range(surrogate).attrs["surrogate_not_reliable"]
+        in probabilities.attrs["verdict"]
     )
-    assert " ".join(found.attrs["verdict"].split(". ")[-1:]).startswith("Not reliable: the error")
-    again = fb.analysis.failure_probability(surrogate, limit, response=response, runs=64)
-    assert "Not reliable" not in again.attrs["verdict"]  # of a probability that runs correct
+    assert " ".join(probabilities.attrs["verdict"].split(". ")[-1:]).startswith(
+        "Not reliable: the error"
+    )
+    by_runs = fb.analysis.failure_probability(surrogate, limit, response=response, runs=64)
+    assert "Not reliable" not in by_runs.attrs["verdict"]  # of a probability that runs correct
     smooth = fb.expand(lambda e, x: e + x, INPUTS, fb.AdaptivePCCI())
     assert (
         "Not reliable"
         not in fb.analysis.failure_probability(smooth, fb.Limit(below=3.0)).attrs["verdict"]
     )
     untrusted = surrogate.with_attrs(not_trusted="response (60 % of it is missed)")
-    told = fb.analysis.failure_probability(untrusted, limit).attrs["verdict"]
-    assert "Not reliable: response (60 % of it is missed)" in told
-    assert above.split(".*", maxsplit=1)[0] in told
+    verdict = fb.analysis.failure_probability(untrusted, limit).attrs["verdict"]
+    assert "Not reliable: response (60 % of it is missed)" in verdict
+    assert above.split(".*", maxsplit=1)[0] in verdict
 
 
 def test_a_study_says_that_its_probability_is_not_reliable(tmp_path):
     (tmp_path / "study.py").write_text(STUDY, encoding="utf-8")
     arguments = ["run", str(tmp_path / "study.py"), "-o", str(tmp_path / "out"), "--verify", "0"]
-    done = CliRunner().invoke(app, arguments)
-    assert done.exit_code == 5, done.output  # runs leave the limit
-    told = " ".join(done.output.split())
-    missed = r"ccuracy target was missed \([\d.e-]+ % instead of [\d.e-]+ %\)\."
-    assert re.search(f"A{missed}".replace(" was", ""), told)
-    assert re.search(f"No probability: the a{missed}", told)
-    asked = (
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 5, result.output  # runs leave the limit
+    output = " ".join(result.output.split())
+    pattern = r"ccuracy target was missed \([\d.e-]+ % instead of [\d.e-]+ %\)\."
+    assert re.search(f"A{pattern}".replace(" was", ""), output)
+    assert re.search(f"No probability: the a{pattern}", output)
+    answer = (
         CliRunner().invoke(app, ["distribution", "--kind", "range", str(tmp_path / "out")]).output
     )
-    assert "as probabilities do, is NOT reliable" in " ".join(asked.split())
-    assert "Not reliable: the error expected" in " ".join(asked.split())
+    assert "as probabilities do, is NOT reliable" in " ".join(answer.split())
+    assert "Not reliable: the error expected" in " ".join(answer.split())

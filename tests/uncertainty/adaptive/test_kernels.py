@@ -24,7 +24,7 @@ BANDS = "mean", "error_bar"
 DRAWN = ("friction", 500), ("veering", 500), ("stops", 501)
 
 
-def solved() -> list[list]:
+def numbers_of_cases() -> list[list]:
     """Return runs, expected error, interval mean and error bar of each case."""
     three = {"x": NORMAL, "y": NORMAL, "z": NORMAL, "e": INTERVAL}
     cases = [
@@ -34,10 +34,14 @@ def solved() -> list[list]:
     ]
     cases += [(case.response, case.inputs) for case in (draw(name, seed) for name, seed in DRAWN)]
     with warnings.catch_warnings(action="ignore"):
-        found = [fb.propagate(f, inputs, fb.AdaptivePCCI()) for f, inputs in cases]
+        results = [fb.propagate(f, inputs, fb.AdaptivePCCI()) for f, inputs in cases]
     return [
-        [one.attrs["runs"], one.attrs["expected_error"], *(one[k].values.tolist() for k in BANDS)]
-        for one in found
+        [
+            bands.attrs["runs"],
+            bands.attrs["expected_error"],
+            *(bands[k].values.tolist() for k in BANDS),
+        ]
+        for bands in results
     ]
 
 
@@ -45,17 +49,17 @@ def solved() -> list[list]:
 def test_bands_differ_by_rounding_only(kernel):
     root = Path(__file__).parents[3]
     paths = os.pathsep.join([str(root), str(root / "benchmarks")])
-    told = subprocess.run(
+    process = subprocess.run(
         [sys.executable, __file__],
         env=os.environ | {"OPENBLAS_CORETYPE": kernel, "PYTHONPATH": paths},
         capture_output=True, text=True, check=True,
     )  # fmt: skip
-    for ours, theirs in zip(solved(), json.loads(told.stdout), strict=True):
-        assert ours[0] == theirs[0]
-        assert ours[1] == pytest.approx(theirs[1], rel=1e-6, abs=1e-14)
-        for band, other in zip(ours[2:], theirs[2:], strict=True):
+    for ours, reference in zip(numbers_of_cases(), json.loads(process.stdout), strict=True):
+        assert ours[0] == reference[0]
+        assert ours[1] == pytest.approx(reference[1], rel=1e-6, abs=1e-14)
+        for band, other in zip(ours[2:], reference[2:], strict=True):
             np.testing.assert_allclose(band, other, rtol=0, atol=1e-10 * np.ptp(ours[3]))
 
 
 if __name__ == "__main__":
-    print(json.dumps(solved()))
+    print(json.dumps(numbers_of_cases()))

@@ -57,20 +57,20 @@ def undamped():
 
 def test_reactions_of_an_undamped_member_are_named_with_the_frequency_of_its_waves(undamped):
     verdicts = of_attributes(undamped.attrs)
-    assert [one.output for one in verdicts] == ["F_X", "F_Y"]
-    assert {one.cause for one in verdicts} == {Cause.WAVES}
-    assert {one.part for one in verdicts} == {"step"}
+    assert [verdict.output for verdict in verdicts] == ["F_X", "F_Y"]
+    assert {verdict.cause for verdict in verdicts} == {Cause.WAVES}
+    assert {verdict.part for verdict in verdicts} == {"step"}
     rigidity = 2.1e11 * 0.01 * 0.01**3 / 12
     mass = 7800 * 0.01**2
     bending = [
         (n * np.pi / LENGTH) ** 2 * np.sqrt(rigidity / mass) / (2 * np.pi) for n in (1, 2, 3, 4)
     ]
     step = float(undamped.attrs["discretization"].split(",")[0].split()[-1])
-    for one in verdicts:
-        assert min(abs(one.frequency / f - 1) for f in bending) < 0.02
-        assert one.frequency > 0.4 / 0.0025  # which the times of the response do not show
-        assert one.steps == pytest.approx(1 / (one.frequency * step), rel=1e-4)
-        assert one.error > 0.01
+    for verdict in verdicts:
+        assert min(abs(verdict.frequency / f - 1) for f in bending) < 0.02
+        assert verdict.frequency > 0.4 / 0.0025  # which the times of the response do not show
+        assert verdict.steps == pytest.approx(1 / (verdict.frequency * step), rel=1e-4)
+        assert verdict.error > 0.01
     assert undamped.attrs["unconverged_remedies"][:3] == [
         "retardation-time",
         "spectral-radius",
@@ -117,17 +117,17 @@ def test_the_error_of_a_lag_after_halvings_is_that_of_a_late_sine(halvings):
     assert spectrum.largest == pytest.approx(f, abs=1.0)
     at_f = spectrum.frequency == f
     np.testing.assert_allclose(spectrum.lag(1.0, h)[at_f], lag)
-    left = np.sqrt(spectrum.after(halvings, spectrum.lag(1.0, h)).sum())
-    later = np.std(sine(h / 2**halvings / 2) - sine(h / 2**halvings)) / np.std(change)
-    assert left == pytest.approx(later, rel=0.2)
+    remaining_error = np.sqrt(spectrum.after(halvings, spectrum.lag(1.0, h)).sum())
+    expected = np.std(sine(h / 2**halvings / 2) - sine(h / 2**halvings)) / np.std(change)
+    assert remaining_error == pytest.approx(expected, rel=0.2)
 
 
 def test_verdicts_survive_a_file_where_lists_of_one_are_numbers():
-    one = Unconverged("b", "step", Cause.STAGNANT, 2.0, 50.0, 0.1)
-    attrs = attributes([one])
-    assert of_attributes(attrs) == [one]
-    alone = {name: values[0] for name, values in attrs.items()}
-    assert of_attributes(alone) == [one]
-    assert in_words(alone).startswith("the error of b that is due to the step no longer falls")
+    verdict = Unconverged("b", "step", Cause.STAGNANT, 2.0, 50.0, 0.1)
+    attrs = attributes([verdict])
+    assert of_attributes(attrs) == [verdict]
+    scalars = {name: values[0] for name, values in attrs.items()}
+    assert of_attributes(scalars) == [verdict]
+    assert in_words(scalars).startswith("the error of b that is due to the step no longer falls")
     assert in_words({}) == ""
     assert attributes([]) == {}

@@ -22,7 +22,7 @@ def expansion(m, order, discs, series=20, seed=0):
     return HybridExpansion((), index, coefficients, discs)
 
 
-def scanned(m, discs, count=50_000):
+def scan_points(m, discs, count=50_000):
     rng = np.random.default_rng(1)
     points = rng.uniform(-1, 1, (count, m))
     ends = rng.random(points.shape) < 0.5
@@ -54,18 +54,20 @@ def test_a_linear_response_reaches_its_slope_times_the_radius(m, discs):
 def test_bounds_of_random_polynomials_are_not_below_a_dense_scan(m, order, discs):
     polynomials = expansion(m, order, discs)
     (bounds,) = extremes(polynomials, [0.0])
-    values = polynomials.evaluate(np.zeros((50_000, 0)), scanned(m, discs))
+    values = polynomials.evaluate(np.zeros((50_000, 0)), scan_points(m, discs))
     width = np.ptp(values, axis=0)
     assert np.all(bounds.values[0] <= values.min(axis=0) + 1e-9 * width)
     assert np.all(bounds.values[1] >= values.max(axis=0) - 1e-9 * width)
     at = bounds.places.reshape(-1, m)
-    reached = polynomials.evaluate(np.zeros((len(at), 0)), at).reshape(2, 20, 20)
-    np.testing.assert_allclose(np.einsum("bss->bs", reached), bounds.values, rtol=1e-10, atol=1e-12)
+    values_at_places = polynomials.evaluate(np.zeros((len(at), 0)), at).reshape(2, 20, 20)
+    np.testing.assert_allclose(
+        np.einsum("bss->bs", values_at_places), bounds.values, rtol=1e-10, atol=1e-12
+    )
     for k in discs:
         assert np.hypot(at[:, k], at[:, k + 1]).max() <= RADIUS * (1 + 1e-12)
 
 
-def least(polynomial, discs, start):
+def minimum(polynomial, discs, start):
     """Return the minimum near a place, in the radius and the angle of each disc, by SciPy."""
     x, bounds = start.copy(), [(-1.0, 1.0)] * len(start)
     for k in discs:
@@ -90,18 +92,18 @@ def test_minima_beside_lower_points_of_the_scan_are_found(seed):
     rng = np.random.default_rng(seed)
     crank, pin = rng.uniform(0.1, 1, 2)
     length = fb.Interval(*np.sort(rng.uniform(-1, 1, 2)))
-    narrowed = fb.expand(drawn_polynomial(seed), plays, fb.PCCI(2, 2)).narrowed(
+    narrower = fb.expand(drawn_polynomial(seed), plays, fb.PCCI(2, 2)).narrowed(
         crank=fb.Play(0.2 * crank), pin=fb.Play(0.1 * pin), length=length
     )
-    (expansion,) = narrowed.expansions
-    mean = narrowed.bands()["mean"].values
-    points = scanned(5, (0, 3), 5000)
+    (expansion,) = narrower.expansions
+    mean = narrower.bands()["mean"].values
+    points = scan_points(5, (0, 3), 5000)
     of_points = expansion.moments(points)[0].reshape(len(points), -1)
     width = np.ptp(mean, axis=0)
     for k, sign in enumerate((1.0, -1.0)):
         for t in range(11):
             start = points[np.argmin(sign * of_points[:, t])]
-            best = least(lambda eta: sign * expansion.moments(eta)[0].reshape(-1, 11)[:, t],  # noqa: B023
+            best = minimum(lambda eta: sign * expansion.moments(eta)[0].reshape(-1, 11)[:, t],  # noqa: B023
                          (0, 3), start)  # fmt: skip
             assert sign * mean[k, t] <= best + 1e-7 * width[t]
 
@@ -127,10 +129,10 @@ def test_bounds_of_a_standard_deviation_are_over_the_disc():
 
 def test_squares_become_discs_and_keep_their_middle():
     square = np.array([[1.0, 1.0, 0.5], [1.0, 0.0, -1.0], [0.0, 0.0, 0.0], [-0.5, 0.2, 1.0]])
-    moved = in_discs(square, [0])
-    np.testing.assert_allclose(np.hypot(*moved[:, :2].T), RADIUS * np.array([1, 1, 0, 0.5]))
-    np.testing.assert_array_equal(moved[:, 2], square[:, 2])
-    np.testing.assert_allclose(moved[0, :2], [1.0, 1.0])
+    points = in_discs(square, [0])
+    np.testing.assert_allclose(np.hypot(*points[:, :2].T), RADIUS * np.array([1, 1, 0, 0.5]))
+    np.testing.assert_array_equal(points[:, 2], square[:, 2])
+    np.testing.assert_allclose(points[0, :2], [1.0, 1.0])
 
 
 def test_points_that_judge_reach_out_of_the_square():

@@ -15,7 +15,7 @@ from flexband.uncertainty.phases import terms
 from flexband.uncertainty.phases.integration.rules import sobol_normal
 from tests.uncertainty.phases.test_phases import surrogate
 
-FAMILIES = pytest.mark.parametrize("family", [HERMITE, LEGENDRE], ids=lambda one: one.name)
+FAMILIES = pytest.mark.parametrize("family", [HERMITE, LEGENDRE], ids=lambda case: case.name)
 STD = 12**-0.5
 """Of a number that is uniform on an interval of length one."""
 
@@ -34,8 +34,8 @@ def test_polynomials_are_orthogonal_with_their_norms(family):
     gram = (P * w[:, None]).T @ P
     scale = np.sqrt(np.outer(family.norms(10), family.norms(10)))
     np.testing.assert_allclose(gram / scale, np.eye(11), atol=1e-12)
-    own = family.values(4, family.gauss(5)[0])
-    np.testing.assert_allclose(transform(family, 4) @ own, np.eye(5), atol=1e-13)
+    values = family.values(4, family.gauss(5)[0])
+    np.testing.assert_allclose(transform(family, 4) @ values, np.eye(5), atol=1e-13)
 
 
 @FAMILIES
@@ -52,15 +52,15 @@ def test_a_function_of_a_normal_variable_has_the_distribution(family):
 
 def test_mean_squares_of_products():
     index = np.array([[0, 0], [2, 0], [1, 3]])
-    found = mean_squares(index, [HERMITE, LEGENDRE])
-    np.testing.assert_allclose(found, [1, 2, 1 / 7])
+    squares = mean_squares(index, [HERMITE, LEGENDRE])
+    np.testing.assert_allclose(squares, [1, 2, 1 / 7])
     np.testing.assert_array_equal(mean_squares(np.zeros((2, 0), int), ()), [1, 1])
 
 
 METHODS = [fb.PCCI(2, 2), fb.ImprovedPCCI(2, 2), fb.AdaptivePCCI(1e-6)]
 
 
-@pytest.mark.parametrize("method", METHODS, ids=lambda one: one.name)
+@pytest.mark.parametrize("method", METHODS, ids=lambda case: case.name)
 def test_a_linear_response_of_a_uniform_input(method):
     inputs = {"u": fb.Uniform(2.0, 5.0), "e": fb.Interval(-1.0, 1.0)}
     bands = fb.propagate(lambda u, e: u + e, inputs, method)
@@ -69,7 +69,7 @@ def test_a_linear_response_of_a_uniform_input(method):
     np.testing.assert_allclose(bands["error_bar"], bar, rtol=1e-14)
 
 
-@pytest.mark.parametrize("method", METHODS, ids=lambda one: one.name)
+@pytest.mark.parametrize("method", METHODS, ids=lambda case: case.name)
 def test_a_quadratic_response_of_uniform_normal_and_interval(method):
     """E = E u² + e E u a = 7/3 + 1.5 e, with a ~ N(1, 0.3)."""
     inputs = {"u": fb.Uniform(1.0, 2.0), "a": fb.Normal(1.0, 0.3), "e": fb.Interval(-1.0, 1.0)}
@@ -86,14 +86,14 @@ def test_a_quadratic_response_of_uniform_normal_and_interval(method):
 
 @given(st.integers(2, 50), st.integers(0, 100))
 def test_latin_hypercubes_have_one_sample_in_each_stratum(samples, seed):
-    seen = []
+    batches = []
 
     def response(u):
-        seen.append(u)
+        batches.append(u)
         return u
 
     fb.propagate(response, {"u": fb.Uniform(0.0, 1.0)}, fb.LHSScanning(samples, 2, seed))
-    strata = np.sort(np.floor(seen[0] * samples))
+    strata = np.sort(np.floor(batches[0] * samples))
     np.testing.assert_array_equal(strata, np.arange(samples))
 
 
@@ -110,12 +110,14 @@ def test_bounds_of_a_uniform_input_are_values(tmp_path):
     inputs = {"u": fb.Uniform(0.1, 0.4), "a": fb.Normal(1.0, 0.1)}
     surrogate = fb.expand(lambda u, a: a * u**2, inputs, fb.ImprovedPCCI(2, 2))
     fb.save_surrogate(surrogate, tmp_path / "s.npz")
-    for own in (surrogate, fb.load_surrogate(tmp_path / "s.npz")):
-        np.testing.assert_allclose(own.evaluate(u=[0.1, 0.4], a=1.0), [0.01, 0.16], rtol=1e-12)
+    for expansion in (surrogate, fb.load_surrogate(tmp_path / "s.npz")):
+        np.testing.assert_allclose(
+            expansion.evaluate(u=[0.1, 0.4], a=1.0), [0.01, 0.16], rtol=1e-12
+        )
         with pytest.raises(
             fb.errors.InputError, match=r"u: values must be from 0\.1 to 0\.4; got 0\.41"
         ):
-            own.evaluate(u=0.41, a=1.0)
+            expansion.evaluate(u=0.41, a=1.0)
 
 
 TIMES = np.linspace(0.0, 30.0, 601)
@@ -132,9 +134,9 @@ def moments_of_waves(uniform, normal, interval, times, eta):
     """Return μ and σ of cos((10 + uniform·u + normal·ξ + interval·η) t), u on [−1, 1]."""
 
     def average(k):
-        turned = np.exp(1j * k * (10 + interval * eta) * times)
+        rotation = np.exp(1j * k * (10 + interval * eta) * times)
         spread = np.prod(np.sinc(k * np.multiply.outer(uniform, times) / np.pi), axis=0)
-        return turned * spread * np.exp(-((k * np.linalg.norm(normal) * times) ** 2) / 2)
+        return rotation * spread * np.exp(-((k * np.linalg.norm(normal) * times) ** 2) / 2)
 
     mean = average(1).real
     return mean, np.sqrt(np.maximum((1 + average(2).real) / 2 - mean**2, 0.0))
@@ -165,9 +167,9 @@ def test_a_frequency_that_is_uniform(method, interval):
 def waves(uniform, normal, times, mixed=0.0):
     """Return the phase expansion of `moments_of_waves`, with mixed t between all pairs of ξ."""
     n = len(uniform) + len(normal)
-    one = np.eye(n + 1, dtype=int)
-    pairs = [one[a] + one[b] for a in range(1, n + 1) for b in range(1, a)]
-    index = np.array([0 * one[0], *one, *pairs])
+    unit = np.eye(n + 1, dtype=int)
+    pairs = [unit[a] + unit[b] for a in range(1, n + 1) for b in range(1, a)]
+    index = np.array([0 * unit[0], *unit, *pairs])
     phase = np.outer([10.0, 0.3, *uniform, *normal, *[mixed] * len(pairs)], times)
     zero = np.zeros((len(index), 1, len(times)))
     envelope = zero.copy()
@@ -187,16 +189,16 @@ def waves(uniform, normal, times, mixed=0.0):
 )
 def test_phases_of_several_inputs(uniform, normal, kernel, monkeypatch):
     """Exact products of sin(at)/(at) and e^{−s²t²/2}, by whatever quadrature."""
-    used, own = [], getattr(terms, kernel)
-    monkeypatch.setattr(terms, kernel, lambda *a: (used.append(1), own(*a)))
+    calls, original = [], getattr(terms, kernel)
+    monkeypatch.setattr(terms, kernel, lambda *a: (calls.append(1), original(*a)))
     times = np.linspace(4.0, 12.0, 4)
-    found = waves(uniform, normal, times).extremes(SIGMAS)
+    results = waves(uniform, normal, times).extremes(SIGMAS)
     mean, std = moments_of_waves(uniform, normal, 0.3, times, np.linspace(-1, 1, 20001)[:, None])
-    for c, one in zip(SIGMAS, found, strict=True):
+    for c, result in zip(SIGMAS, results, strict=True):
         values = mean + c * std
-        np.testing.assert_allclose(one.values[0, 0], values.min(axis=0), atol=3e-6)
-        np.testing.assert_allclose(one.values[1, 0], values.max(axis=0), atol=3e-6)
-    assert used
+        np.testing.assert_allclose(result.values[0, 0], values.min(axis=0), atol=3e-6)
+        np.testing.assert_allclose(result.values[1, 0], values.max(axis=0), atol=3e-6)
+    assert calls
 
 
 def test_phases_in_which_inputs_interact():

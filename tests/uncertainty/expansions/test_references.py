@@ -25,9 +25,9 @@ CASES = {
 }  # fmt: skip
 
 
-def gauss_points(one, count):
+def gauss_points(distribution, count):
     """Return the points and weights of the polynomials of a density, as values of the input."""
-    family = DensityPolynomials(one)
+    family = DensityPolynomials(distribution)
     xi, weights = family.gauss(count)
     mean, std = family.scale
     return mean + std * xi, weights
@@ -36,12 +36,12 @@ def gauss_points(one, count):
 @pytest.mark.parametrize("kind", CASES)
 def test_gauss_points_are_those_of_openturns(kind):
     ot = pytest.importorskip("openturns")
-    one, (name, *parameters), _ = CASES[kind]
+    distribution, (name, *parameters), _ = CASES[kind]
     for count in (2, 5) if kind == "gumbel" else (2, 5, 8):  # whose tail is cut off there
         rule = ot.GaussProductExperiment(getattr(ot, name)(*parameters), [count])
         nodes, expected = map(np.array, rule.generateWithWeights())
         order = np.argsort(nodes[:, 0])
-        x, weights = gauss_points(one, count)
+        x, weights = gauss_points(distribution, count)
         np.testing.assert_allclose(x, nodes[order, 0], rtol=3e-5)
         np.testing.assert_allclose(weights, expected[order], rtol=1e-4, atol=1e-12)
 
@@ -49,10 +49,10 @@ def test_gauss_points_are_those_of_openturns(kind):
 @pytest.mark.parametrize("kind", [kind for kind in CASES if CASES[kind][2]])
 def test_gauss_points_are_those_of_chaospy(kind):
     chaospy = pytest.importorskip("chaospy")
-    one, _, (name, *parameters) = CASES[kind]
+    distribution, _, (name, *parameters) = CASES[kind]
     for count in (2, 5):
         rule = chaospy.generate_quadrature(count - 1, getattr(chaospy, name)(*parameters), "g")
-        x, weights = gauss_points(one, count)
+        x, weights = gauss_points(distribution, count)
         np.testing.assert_allclose(x, rule[0][0], rtol=1e-5)
         np.testing.assert_allclose(weights, rule[1], rtol=1e-4, atol=1e-12)
 
@@ -66,9 +66,9 @@ def test_karhunen_loeve_is_that_of_openturns(nu):
     correlation = fb.fields.exponential if nu == 0.5 else fb.fields.Matern(nu)
     model = ot.MaternModel([length], [1.0], nu)
     mesh = ot.IntervalMesher([400]).build(ot.Interval(0.0, end))
-    solved = ot.KarhunenLoeveP1Algorithm(mesh, model, 1e-4)
-    solved.run()
-    expected = np.array(solved.getResult().getEigenvalues())[:6]
+    algorithm = ot.KarhunenLoeveP1Algorithm(mesh, model, 1e-4)
+    algorithm.run()
+    expected = np.array(algorithm.getResult().getEigenvalues())[:6]
     field = fb.RandomField(
         0.0, 1.0, length, (0.0, end), 6, nodes=48, correlation=correlation,
         discretization=fb.fields.karhunen_loeve,
@@ -88,9 +88,9 @@ def test_correlated_values_are_those_of_openturns(rho):
     copula = ot.NormalCopula(ot.CorrelationMatrix(2, [1.0, score, score, 1.0]))
     joint = ot.JointDistribution(marginals, copula)
     xi = np.random.default_rng(0).standard_normal((20, 2))
-    found = Space({"both": correlated}).values(xi, np.zeros((20, 0)))
+    values = Space({"both": correlated}).values(xi, np.zeros((20, 0)))
     expected = np.array(joint.getInverseIsoProbabilisticTransformation()(xi))
-    np.testing.assert_allclose(np.stack([found["a"], found["b"]], 1), expected, rtol=1e-9)
+    np.testing.assert_allclose(np.stack([values["a"], values["b"]], 1), expected, rtol=1e-9)
     ot.RandomGenerator.SetSeed(0)
     sample = np.array(joint.getSample(1_000_000))
     assert np.corrcoef(sample.T)[0, 1] == pytest.approx(rho, abs=3e-3)

@@ -24,18 +24,18 @@ SEQUENCES = {
 }
 
 
-def product(x, others):
+def product(x, nodes):
     """Π |x − x_j|, of all x."""
-    return np.prod(np.abs(x[:, None] - others), axis=1)
+    return np.prod(np.abs(x[:, None] - nodes), axis=1)
 
 
-def lebesgue(points, fine, rate):
+def lebesgue(points, grid, rate):
     """Largest Σ |ℓ_j| of polynomials weighted by e^{−rate x²}."""
-    total = np.zeros_like(fine)
+    total = np.zeros_like(grid)
     for j, p in enumerate(points):
-        others = np.delete(points, j)
-        total += np.prod(np.abs((fine[:, None] - others) / (p - others)), axis=1) * np.exp(
-            rate * (p * p - fine**2)
+        nodes = np.delete(points, j)
+        total += np.prod(np.abs((grid[:, None] - nodes) / (p - nodes)), axis=1) * np.exp(
+            rate * (p * p - grid**2)
         )
     return total.max()
 
@@ -60,16 +60,16 @@ def test_intervals_start_as_the_paper_points():
 def test_leja_points_are_the_largest_of_the_product():
     """Against a scan; the largest of x(1 − x²) is at 1/√3."""
     x = interval_sequence(COUNT)
-    fine = np.linspace(-1, 1, 20001)
+    grid = np.linspace(-1, 1, 20001)
     assert x[3] == pytest.approx(1 / np.sqrt(3), abs=1e-10)
     for k in range(2, COUNT):
-        assert product(x[k : k + 1], x[:k])[0] >= (1 - 1e-9) * product(fine, x[:k]).max()
+        assert product(x[k : k + 1], x[:k])[0] >= (1 - 1e-9) * product(grid, x[:k]).max()
     x = normal_sequence(COUNT)
-    fine = np.linspace(-14, 14, 20001)
-    weight = np.exp(-(fine**2) / 4)
+    grid = np.linspace(-14, 14, 20001)
+    weight = np.exp(-(grid**2) / 4)
     for k in range(9, COUNT, 2):
-        here = product(x[k : k + 1], x[:k])[0] * np.exp(-(x[k] ** 2) / 4)
-        assert here >= (1 - 1e-9) * (product(fine, x[:k]) * weight).max()
+        value = product(x[k : k + 1], x[:k])[0] * np.exp(-(x[k] ** 2) / 4)
+        assert value >= (1 - 1e-9) * (product(grid, x[:k]) * weight).max()
 
 
 def test_random_points_come_in_pairs_about_the_mean():
@@ -91,9 +91,9 @@ def test_means_are_exact_to_the_degree_of_genz_and_keister(count, degree):
     """The first coefficient is a quadrature rule: 1, 3 and 9 points of degree 1, 5 and 15."""
     x = normal_sequence(count)
     rule = np.linalg.inv(HERMITE.values(count - 1, x))[0]
-    found = rule @ (HERMITE.values(degree + 1, x) / np.sqrt(HERMITE.norms(degree + 1)))
-    np.testing.assert_allclose(found[: degree + 1], np.eye(degree + 1)[0], atol=1e-12)
-    assert abs(found[degree + 1]) > 1e-3
+    moments = rule @ (HERMITE.values(degree + 1, x) / np.sqrt(HERMITE.norms(degree + 1)))
+    np.testing.assert_allclose(moments[: degree + 1], np.eye(degree + 1)[0], atol=1e-12)
+    assert abs(moments[degree + 1]) > 1e-3
 
 
 @pytest.mark.parametrize(("count", "degree"), [(1, 1), (3, 5), (7, 11), (15, 23)])
@@ -102,9 +102,9 @@ def test_means_are_exact_to_the_degree_of_patterson(count, degree):
     assert tuple(x[1:15:2]) == PATTERSON
     np.testing.assert_array_equal(x[1::2], -x[2::2])
     rule = np.linalg.inv(LEGENDRE.values(count - 1, x[:count]))[0]
-    found = rule @ LEGENDRE.values(degree + 1, x[:count])
-    np.testing.assert_allclose(found[: degree + 1], np.eye(degree + 1)[0], atol=1e-13)
-    assert abs(found[degree + 1]) > 1e-6
+    moments = rule @ LEGENDRE.values(degree + 1, x[:count])
+    np.testing.assert_allclose(moments[: degree + 1], np.eye(degree + 1)[0], atol=1e-13)
+    assert abs(moments[degree + 1]) > 1e-6
 
 
 @st.composite
@@ -130,27 +130,27 @@ def test_polynomials_of_a_downward_closed_set_are_reproduced(case):
         else:
             basis = chebyshev_values(q, interval_sequence(q + 1))
         V *= basis[np.ix_(v, v)]
-    found = np.linalg.solve(V, V @ coefficients)
-    np.testing.assert_allclose(found, coefficients, atol=1e-8)
+    solution = np.linalg.solve(V, V @ coefficients)
+    np.testing.assert_allclose(solution, coefficients, atol=1e-8)
 
 
 def test_constants_of_intervals_grow_slowly():
     """Of orders 1, 2 and 3 they are 1, 5/4 and 3; up to order 24 they stay below q + 1."""
-    fine = np.linspace(-1, 1, 4001)
+    grid = np.linspace(-1, 1, 4001)
     x = interval_sequence(COUNT)
-    found = np.array([lebesgue(x[: q + 1], fine, 0.0) for q in range(COUNT)])
-    np.testing.assert_allclose(found[[1, 2]], [1.0, 1.25], rtol=1e-6)
-    assert found[3] == pytest.approx(3.0, rel=1e-3)
-    assert (found <= np.arange(COUNT) + 1.0).all()
+    constants = np.array([lebesgue(x[: q + 1], grid, 0.0) for q in range(COUNT)])
+    np.testing.assert_allclose(constants[[1, 2]], [1.0, 1.25], rtol=1e-6)
+    assert constants[3] == pytest.approx(3.0, rel=1e-3)
+    assert (constants <= np.arange(COUNT) + 1.0).all()
 
 
 def test_constants_of_random_variables_grow_slowly():
     """Weighted by √pdf; Gauss–Hermite points, not nested, have 2.8 at order 20."""
-    fine = np.linspace(-14, 14, 5601)
+    grid = np.linspace(-14, 14, 5601)
     x = normal_sequence(COUNT)
-    found = np.array([lebesgue(x[: q + 1], fine, 0.25) for q in range(COUNT)])
-    assert found[0] == pytest.approx(1.0)
-    assert found[2] == pytest.approx(lebesgue(HERMITE.gauss(3)[0], fine, 0.25))
-    assert found[2::2].max() < 15
-    assert found.max() < 30
-    assert lebesgue(hermite_e.hermegauss(21)[0], fine, 0.25) == pytest.approx(2.78, abs=0.01)
+    constants = np.array([lebesgue(x[: q + 1], grid, 0.25) for q in range(COUNT)])
+    assert constants[0] == pytest.approx(1.0)
+    assert constants[2] == pytest.approx(lebesgue(HERMITE.gauss(3)[0], grid, 0.25))
+    assert constants[2::2].max() < 15
+    assert constants.max() < 30
+    assert lebesgue(hermite_e.hermegauss(21)[0], grid, 0.25) == pytest.approx(2.78, abs=0.01)

@@ -33,8 +33,8 @@ def test_bands_are_those_over_all_options(method):
     assert set(np.ravel(bands["error_bar_choice"][0])) == {"1, aluminium"}
     assert set(np.ravel(bands["error_bar_choice"][1])) == {"2, steel"}
     np.testing.assert_allclose(bands["error_bar_at"][0], [[2.0] * 5, [1.0] * 5])
-    own = bands["mean_by_choice"].sel(choice="1, steel")
-    np.testing.assert_allclose(own, [exact(210.0, 2.0, 0), exact(210.0, 1.0, 0)], rtol=2e-4)
+    means = bands["mean_by_choice"].sel(choice="1, steel")
+    np.testing.assert_allclose(means, [exact(210.0, 2.0, 0), exact(210.0, 1.0, 0)], rtol=2e-4)
     assert bands.attrs["runs"] == sum(bands.attrs["choice_runs"])
     assert bands.attrs.get("runs_generic", 8) == 8  # those of one option
     assert "material = Choice('steel', 'aluminium')" in bands.attrs["inputs"]
@@ -57,14 +57,14 @@ def test_the_surrogate_takes_options_and_is_saved(tmp_path):
     }
     one_by_one = zip(rows["material"], rows["layers"], rows["length"], strict=True)
     expected = [stiffness([m], n, x, np.array([5.2]))[0] for m, n, x in one_by_one]
-    for own in (surrogate, fb.load_surrogate(tmp_path / "s.npz")):
-        np.testing.assert_allclose(own.evaluate(**rows), expected, rtol=1e-5)
-        moments = own.moments(material="steel", layers=2, length=1.25)
+    for expansion in (surrogate, fb.load_surrogate(tmp_path / "s.npz")):
+        np.testing.assert_allclose(expansion.evaluate(**rows), expected, rtol=1e-5)
+        moments = expansion.moments(material="steel", layers=2, length=1.25)
         np.testing.assert_allclose(moments["mean"][0], exact(420.0, 1.25, 0), rtol=1e-5)
-        assert own.bands(2.0).equals(surrogate.bands(2.0))
-    checked = fb.verify(surrogate, stiffness, runs=4).verification
-    assert checked.sizes["choice"] == 4
-    assert checked.attrs["runs"] == 16
+        assert expansion.bands(2.0).equals(surrogate.bands(2.0))
+    verification = fb.verify(surrogate, stiffness, runs=4).verification
+    assert verification.sizes["choice"] == 4
+    assert verification.attrs["runs"] == 16
     with pytest.raises(fb.errors.InputError, match=r"material must be one of Choice\('steel'"):
         surrogate.evaluate(**{**rows, "material": "wood"})
     with pytest.raises(fb.errors.InputError, match="values must be given for layers"):

@@ -30,8 +30,8 @@ def test_three_normals_by_pairs_by_a_matrix_and_in_any_order():
     pairs = fb.Correlated(three, {("b", "a"): 0.5, ("a", "c"): -0.3})
     backwards = fb.Correlated(dict(reversed(three.items())), matrix[::-1, ::-1])
     results = [
-        fb.propagate(lambda a, b, c: 2 * a + b - c, {"all": given}, fb.ImprovedPCCI(1, 0))
-        for given in (fb.Correlated(three, matrix), pairs, backwards)
+        fb.propagate(lambda a, b, c: 2 * a + b - c, {"all": joint}, fb.ImprovedPCCI(1, 0))
+        for joint in (fb.Correlated(three, matrix), pairs, backwards)
     ]
     spread = np.array([2 * 0.2, 0.1, -1.0])
     for bands in results:
@@ -57,10 +57,10 @@ def test_scipy_distributions_are_correlated(tmp_path):
     inputs = {"both": fb.Correlated(two, 0.5)}
     surrogate = fb.expand(lambda a, b: 2 * a - b, inputs, fb.ImprovedPCCI(12, 1))
     fb.save_surrogate(surrogate, tmp_path / "s.npz")
-    for one in (surrogate, fb.load_surrogate(tmp_path / "s.npz")):
-        np.testing.assert_allclose(one.bands()["mean"], 2 * [1.0], rtol=1e-8)
+    for expansion in (surrogate, fb.load_surrogate(tmp_path / "s.npz")):
+        np.testing.assert_allclose(expansion.bands()["mean"], 2 * [1.0], rtol=1e-8)
         variance = 4 * 1.0 + 0.25 - 2 * 2 * 0.5 * 1.0 * 0.5
-        np.testing.assert_allclose(std(one.bands()), 2 * [variance**0.5], rtol=1e-6)
+        np.testing.assert_allclose(std(expansion.bands()), 2 * [variance**0.5], rtol=1e-6)
 
 
 def test_a_surrogate_takes_values_and_is_saved(tmp_path):
@@ -69,9 +69,9 @@ def test_a_surrogate_takes_values_and_is_saved(tmp_path):
     assert surrogate.evaluate(a=3.4, b=1.9, e=1.25).item() == pytest.approx(3 * 3.4 + 1.9 * 1.25)
     assert surrogate.evaluate(a=3.4, b=1.9, e=1.25, k=3.0).item() == pytest.approx(12.575)
     fb.save_surrogate(surrogate, tmp_path / "s.npz")
-    loaded = fb.load_surrogate(tmp_path / "s.npz")
-    assert loaded.bands().equals(surrogate.bands())
-    assert "confirmed" in fb.verify(loaded, lambda a, b, e, k: k * a + b * e).verification.attrs
+    copy = fb.load_surrogate(tmp_path / "s.npz")
+    assert copy.bands().equals(surrogate.bands())
+    assert "confirmed" in fb.verify(copy, lambda a, b, e, k: k * a + b * e).verification.attrs
     with pytest.raises(fb.errors.InputError, match=r"k must be the constant 3.0"):
         surrogate.evaluate(a=3.4, b=1.9, e=1.25, k=4.0)
 

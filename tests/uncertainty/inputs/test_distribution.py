@@ -20,11 +20,11 @@ def test_the_square_of_a_uniform_number_whose_bounds_are_intervals(method):
     inputs = {"e": fb.Uniform(fb.Interval(1.8, 2.2), fb.Interval(3.0, 4.0))}
     surrogate = fb.expand(lambda e: e**2, inputs, method)
     a, b = np.meshgrid([1.8, 1.93, 2.2], [3.0, 3.6, 4.0])
-    found = surrogate.moments(**{"e.lower": a.ravel(), "e.upper": b.ravel()})
+    moments = surrogate.moments(**{"e.lower": a.ravel(), "e.upper": b.ravel()})
     mean = ((a**2 + a * b + b**2) / 3).ravel()
     variance = ((b**5 - a**5) / (5 * (b - a))).ravel() - mean**2
-    np.testing.assert_allclose(found["mean"], mean, rtol=1e-6)
-    np.testing.assert_allclose(found["std"], np.sqrt(variance), rtol=1e-5)
+    np.testing.assert_allclose(moments["mean"], mean, rtol=1e-6)
+    np.testing.assert_allclose(moments["std"], np.sqrt(variance), rtol=1e-5)
     assert surrogate.evaluate(**{"e.lower": 2.0, "e.upper": 3.5, "e": 3.1}) == pytest.approx(9.61)
 
 
@@ -34,9 +34,11 @@ def test_parameters_of_correlated_inputs_are_intervals(tmp_path):
     surrogate = fb.expand(lambda a, b: a + b, inputs, fb.ImprovedPCCI(1, 1))
     fb.save_surrogate(surrogate, tmp_path / "s.npz")
     spread = np.sqrt(0.2**2 + 0.1**2 + 2 * 0.5 * 0.2 * 0.1)
-    for one in (surrogate, fb.load_surrogate(tmp_path / "s.npz")):
-        np.testing.assert_allclose(one.bands()["error_bar"], [3 - spread, 5 + spread])
-        assert one.evaluate(**{"a": 2.1, "a.mean": 2.5, "b": 1.9}).item() == pytest.approx(4.0)
+    for expansion in (surrogate, fb.load_surrogate(tmp_path / "s.npz")):
+        np.testing.assert_allclose(expansion.bands()["error_bar"], [3 - spread, 5 + spread])
+        assert expansion.evaluate(**{"a": 2.1, "a.mean": 2.5, "b": 1.9}).item() == pytest.approx(
+            4.0
+        )
 
 
 @pytest.mark.parametrize(

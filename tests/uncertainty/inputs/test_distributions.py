@@ -36,8 +36,8 @@ ALL = pytest.mark.parametrize("kind", KINDS)
 OWN = pytest.mark.parametrize("kind", [k for k in KINDS if k not in ("lognormal", "heavy")])
 
 
-def own_polynomials(one):
-    return DensityPolynomials(one)
+def own_polynomials(distribution):
+    return DensityPolynomials(distribution)
 
 
 @pytest.mark.parametrize(("a", "b"), [(2.0, 5.0), (0.5, 0.5), (0.7, 30.0)])
@@ -47,17 +47,17 @@ def test_polynomials_of_a_beta_variable_are_those_of_jacobi(a, b):
         x, w = roots_jacobi(count, b - 1, a - 1)
         mean = a / (a + b)
         std = np.sqrt(a * b / ((a + b) ** 2 * (a + b + 1)))
-        found = family.gauss(count)
-        np.testing.assert_allclose(found[0], ((x + 1) / 2 - mean) / std, atol=1e-12)
-        np.testing.assert_allclose(found[1], w / w.sum(), atol=1e-12)
+        gauss = family.gauss(count)
+        np.testing.assert_allclose(gauss[0], ((x + 1) / 2 - mean) / std, atol=1e-12)
+        np.testing.assert_allclose(gauss[1], w / w.sum(), atol=1e-12)
 
 
 def test_polynomials_of_exponential_and_gamma_variables_are_those_of_laguerre():
-    for one, shape in ((fb.Weibull(1.0, 1.0), 1.0), (as_input(ss.gamma(2.5)), 2.5)):
+    for distribution, shape in ((fb.Weibull(1.0, 1.0), 1.0), (as_input(ss.gamma(2.5)), 2.5)):
         x, w = roots_genlaguerre(5, shape - 1)
-        found = one.family.gauss(5)
-        np.testing.assert_allclose(found[0], (x - shape) / np.sqrt(shape), rtol=1e-6, atol=1e-8)
-        np.testing.assert_allclose(found[1], w / w.sum(), rtol=1e-6)
+        gauss = distribution.family.gauss(5)
+        np.testing.assert_allclose(gauss[0], (x - shape) / np.sqrt(shape), rtol=1e-6, atol=1e-8)
+        np.testing.assert_allclose(gauss[1], w / w.sum(), rtol=1e-6)
 
 
 def test_nested_points_of_normal_and_uniform_densities_are_the_published_ones():
@@ -75,8 +75,8 @@ def test_polynomials_are_orthogonal_and_nested_points_stable(kind):
     P = family.values(10, x) / np.sqrt(family.norms(10))
     np.testing.assert_allclose((P * w[:, None]).T @ P, np.eye(11), atol=1e-10)
     assert np.abs(family.values(10, family.of_normal(np.linspace(-4.5, 4.5, 99)))).max() < 1.001
-    own = family.values(4, family.gauss(5)[0])
-    np.testing.assert_allclose(transform(family, 4) @ own, np.eye(5), atol=1e-12)
+    values = family.values(4, family.gauss(5)[0])
+    np.testing.assert_allclose(transform(family, 4) @ values, np.eye(5), atol=1e-12)
     points = family.sequence(family.highest + 1)
     low, high = (KINDS[kind].support - np.array(family.scale[0])) / family.scale[1]
     assert points[0] == 0
@@ -91,17 +91,19 @@ def test_polynomials_are_orthogonal_and_nested_points_stable(kind):
 @ALL
 def test_values_have_the_distribution(kind):
     """Values, normal variables and ξ belong together; mean and std by quadrature are SciPy's."""
-    one = KINDS[kind]
+    distribution = KINDS[kind]
     z = np.linspace(-6, 5, 56)
-    x = one.at_normal(z)
+    x = distribution.at_normal(z)
     assert np.all(np.diff(x) > 0)
-    np.testing.assert_allclose(one.to_normal(x), z, atol=1e-4 if kind == "scipy" else 1e-7)
-    xi = one.family.of_normal(z)
-    np.testing.assert_allclose(one.value(xi[:, None]), x, rtol=1e-9, atol=1e-15)
-    np.testing.assert_allclose(one.standard(x), xi, atol=1e-6)
-    points, w = one.quantiles.rule(2)
-    x = one.at_normal(points)
-    mean, std = (DATA.mean(), DATA.std(ddof=1)) if kind == "samples" else one.frozen.stats("mv")
+    np.testing.assert_allclose(distribution.to_normal(x), z, atol=1e-4 if kind == "scipy" else 1e-7)
+    xi = distribution.family.of_normal(z)
+    np.testing.assert_allclose(distribution.value(xi[:, None]), x, rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(distribution.standard(x), xi, atol=1e-6)
+    points, w = distribution.quantiles.rule(2)
+    x = distribution.at_normal(points)
+    mean, std = (
+        (DATA.mean(), DATA.std(ddof=1)) if kind == "samples" else distribution.frozen.stats("mv")
+    )
     std = std if kind == "samples" else np.sqrt(std)
     assert w @ x == pytest.approx(mean, rel=1e-8)
     assert np.sqrt(w @ (x - w @ x) ** 2) == pytest.approx(
@@ -118,16 +120,16 @@ def test_values_have_the_distribution(kind):
 @settings(max_examples=10, deadline=None)
 def test_gauss_points_integrate_polynomials_of_any_density(kind, u, v, count):
     """E x^j with count points, j < 2 count, against SciPy's quantiles on a fine rule."""
-    one = {
+    distribution = {
         "beta": lambda: fb.Beta(0.2 + 8 * u, 0.2 + 8 * v),
         "weibull": lambda: fb.Weibull(1.0, 1 + 9 * u),
         "triangular": lambda: fb.Triangular(0.0, u, 1.0),
         "truncated": lambda: fb.TruncatedNormal(0.0, 1.0, -4 * u, 3 * v),
         "gumbel": lambda: fb.Gumbel(u, v),
     }[kind]()
-    family = one.family
+    family = distribution.family
     x, w = family.gauss(count)
-    fine, weights = one.quantiles.rule(40)
+    fine, weights = distribution.quantiles.rule(40)
     fine = family.of_normal(fine)
     for j in range(2 * count):
         size = weights @ np.abs(fine) ** j
@@ -138,23 +140,26 @@ def test_gauss_points_integrate_polynomials_of_any_density(kind, u, v, count):
 FUNCTIONS = [lambda x: 1 / (1 + (x / 6) ** 2), lambda x: np.tanh(x / 4), lambda x: x**2 - x]
 
 
-def exact(one, f):
+def exact(distribution, f):
     """Return mean and standard deviation of a function, by adaptive quadrature over the density."""
-    if one.frozen is None:  # normal kernels
-        c, p, h = one.kernels
+    if distribution.frozen is None:  # normal kernels
+        c, p, h = distribution.kernels
         t = np.linspace(-8, 8, 801)
         x, w = c[:, None] + h[:, None] * t, p[:, None] * np.exp(-t * t / 2)
         w /= w.sum()
         mean = np.sum(w * f(x))
         return mean, np.sqrt(np.sum(w * (f(x) - mean) ** 2))
-    low, high = one.frozen.ppf([1e-14, 1 - 1e-14])
-    pdf, kinks = one.frozen.pdf, [one.frozen.mean(), getattr(one, "mode", one.frozen.median())]
-    if one == KINDS["singular"]:  # no density at the ends
+    low, high = distribution.frozen.ppf([1e-14, 1 - 1e-14])
+    pdf, kinks = (
+        distribution.frozen.pdf,
+        [distribution.frozen.mean(), getattr(distribution, "mode", distribution.frozen.median())],
+    )
+    if distribution == KINDS["singular"]:  # no density at the ends
         low = 0.0
         high = 1.0
         pdf = np.ones_like
         kinks = []
-        own, f = f, lambda u: own(one.frozen.ppf(u))
+        original, f = f, lambda u: original(distribution.frozen.ppf(u))
     mean = quad(lambda x: f(x) * pdf(x), low, high, points=kinks, limit=200)[0]
     var = quad(lambda x: (f(x) - mean) ** 2 * pdf(x), low, high, points=kinks, limit=200)[0]
     return mean, np.sqrt(var)
@@ -163,8 +168,8 @@ def exact(one, f):
 @ALL
 def test_moments_of_functions(kind):
     """By tensor, adaptive and sampling methods; a quadratic function is exact for own densities."""
-    one = KINDS[kind]
-    mean, std = np.transpose([exact(one, f) for f in FUNCTIONS])
+    distribution = KINDS[kind]
+    mean, std = np.transpose([exact(distribution, f) for f in FUNCTIONS])
 
     def response(x):
         return np.stack([f(x) for f in FUNCTIONS], axis=1)[:, :, None]
@@ -176,11 +181,13 @@ def test_moments_of_functions(kind):
         fb.LHSScanning(2000, 2, 1): 0.03,
     }
     for method, limit in limits.items():
-        low, high = fb.propagate(response, {"x": one}, method)["error_bar"].values[..., 0]
+        low, high = fb.propagate(response, {"x": distribution}, method)["error_bar"].values[..., 0]
         np.testing.assert_allclose(((low + high) / 2 - mean) / std, 0, atol=limit)
         np.testing.assert_allclose((high - low) / 2 / std, 1, atol=limit)
-    if one.family is not HERMITE:
-        low, high = fb.propagate(response, {"x": one}, fb.PCCI(2, 1))["error_bar"].values[..., 0]
+    if distribution.family is not HERMITE:
+        low, high = fb.propagate(response, {"x": distribution}, fb.PCCI(2, 1))["error_bar"].values[
+            ..., 0
+        ]
         assert (low + high)[2] / 2 == pytest.approx(mean[2], rel=1e-6)
         assert (high - low)[2] / 2 == pytest.approx(std[2], rel=1e-6)
 
@@ -200,8 +207,8 @@ WAVES = {
 
 @pytest.mark.parametrize("kind", WAVES)
 def test_rules_for_phases_against_characteristic_functions(kind):
-    one, wave = WAVES[kind]
-    family = one.family
+    distribution, wave = WAVES[kind]
+    family = distribution.family
     mean, std = family.scale
     for t in (0.3, 1.0, 5.0, 20.0):
         reach = t * std * np.abs(family.of_normal(np.array([-4.5, 4.5]))).max()
@@ -210,14 +217,16 @@ def test_rules_for_phases_against_characteristic_functions(kind):
         assert len(xi) < 40 + 2 * reach
 
 
-@pytest.mark.parametrize("one", [fb.Gumbel(0.0, 0.2), fb.Beta(2.0, 2.0, -1.0, 1.0)])
-def test_a_frequency_with_the_distribution(one):
+@pytest.mark.parametrize("distribution", [fb.Gumbel(0.0, 0.2), fb.Beta(2.0, 2.0, -1.0, 1.0)])
+def test_a_frequency_with_the_distribution(distribution):
     """E cos((10 + x) t) over many periods, against quadrature."""
     times = np.linspace(0.0, 10.0, 161)
-    bands = fb.propagate(lambda x: np.cos((10 + x[:, None]) * times), {"x": one}, fb.AdaptivePCCI())
-    z, w = one.quantiles.rule(60)
-    mean = w @ np.cos((10 + one.at_normal(z)[:, None]) * times)
-    square = w @ np.cos((10 + one.at_normal(z)[:, None]) * times) ** 2
+    bands = fb.propagate(
+        lambda x: np.cos((10 + x[:, None]) * times), {"x": distribution}, fb.AdaptivePCCI()
+    )
+    z, w = distribution.quantiles.rule(60)
+    mean = w @ np.cos((10 + distribution.at_normal(z)[:, None]) * times)
+    square = w @ np.cos((10 + distribution.at_normal(z)[:, None]) * times) ** 2
     np.testing.assert_allclose(bands["mean"][0], mean, atol=2e-3)
     np.testing.assert_allclose(bands["error_bar"][1], mean + np.sqrt(square - mean**2), atol=2e-3)
 
@@ -227,17 +236,17 @@ def test_the_logarithm_of_a_lognormal_number_represents_it_and_its_density_does_
 
     In the logarithm the misfit is e^{−…}/12!; polynomials of the number leave 17 % and more.
     """
-    one = fb.LogNormal(1.0, cv=1.0)
-    points, w = one.quantiles.rule(30)
-    x = one.at_normal(points)
+    distribution = fb.LogNormal(1.0, cv=1.0)
+    points, w = distribution.quantiles.rule(30)
+    x = distribution.at_normal(points)
     f = 1 / (1 + x)
     variance = w @ f**2 - (w @ f) ** 2
-    left = []
-    for family in (own_polynomials(one), HERMITE):
+    misfits = []
+    for family in (own_polynomials(distribution), HERMITE):
         P = family.values(12, family.of_normal(points)) / np.sqrt(family.norms(12))
         terms = (w * f) @ P
-        left.append(np.sqrt(1 - np.sum(terms[1:] ** 2) / variance))
-    assert left[0] > 50 * left[1]
+        misfits.append(np.sqrt(1 - np.sum(terms[1:] ** 2) / variance))
+    assert misfits[0] > 50 * misfits[1]
 
 
 def test_scipy_distributions_are_inputs(tmp_path):
@@ -247,17 +256,17 @@ def test_scipy_distributions_are_inputs(tmp_path):
     inputs = {"g": ss.gamma(4.0, scale=0.5), "e": fb.Interval(0.0, 1.0), "s": KINDS["samples"]}
     surrogate = fb.expand(lambda g, e, s: g * (1 + e) + s, inputs, fb.ImprovedPCCI(1, 1))
     fb.save_surrogate(surrogate, tmp_path / "s.npz")
-    for own in (surrogate, fb.load_surrogate(tmp_path / "s.npz")):
-        mean = own.bands()["mean"] - DATA.mean()
+    for expansion in (surrogate, fb.load_surrogate(tmp_path / "s.npz")):
+        mean = expansion.bands()["mean"] - DATA.mean()
         np.testing.assert_allclose(mean, [2.0, 4.0], rtol=1e-8)
-        assert own.evaluate(g=1.5, e=0.0, s=4.0) == pytest.approx(5.5)
+        assert expansion.evaluate(g=1.5, e=0.0, s=4.0) == pytest.approx(5.5)
 
 
 BOX = fb.Interval(2.0, 2.4)
 
 
 @pytest.mark.parametrize(
-    "one",
+    "distribution",
     [
         fb.Normal(BOX, fb.Interval(0.1, 0.2)),
         fb.Normal(BOX, cv=fb.Interval(0.1, 0.2)),
@@ -277,16 +286,16 @@ BOX = fb.Interval(2.0, 2.4)
     ],
     ids=str,
 )
-def test_every_parameter_may_be_an_interval(one, tmp_path):
-    ends = ((box.lower, box.upper) for box in one.intervals.values())
+def test_every_parameter_may_be_an_interval(distribution, tmp_path):
+    ends = ((box.lower, box.upper) for box in distribution.intervals.values())
     means = [
-        one.replaced(dict(zip(one.intervals, corner, strict=True))).frozen.mean()
+        distribution.replaced(dict(zip(distribution.intervals, corner, strict=True))).frozen.mean()
         for corner in product(*ends)
     ]
-    surrogate = fb.expand(lambda x: x, {"x": one}, fb.PCCI(5, 5))
+    surrogate = fb.expand(lambda x: x, {"x": distribution}, fb.PCCI(5, 5))
     fb.save_surrogate(surrogate, tmp_path / "s.npz")
-    for own in (surrogate, fb.load_surrogate(tmp_path / "s.npz")):
-        mean = own.bands()["mean"].values
+    for expansion in (surrogate, fb.load_surrogate(tmp_path / "s.npz")):
+        mean = expansion.bands()["mean"].values
         np.testing.assert_allclose(mean, [min(means), max(means)], rtol=1e-3)
 
 
@@ -327,14 +336,16 @@ def test_cv_and_std_say_the_same():
 
 def test_weibull_and_beta_by_their_moments():
     for mean, cv, location in ((320e6, 0.1, 0.0), (3.0, 1.0, 0.0), (5.0, 0.02, 4.0), (1, 3.0, 0)):
-        one = fb.Weibull(mean=mean, cv=cv, location=location)
-        assert one == fb.Weibull(one.scale, one.shape, location)
-        assert one == fb.Weibull(mean=mean, std=cv * mean, location=location)
-        found = [float(own) for own in one.frozen.stats("mv")]
-        assert found == pytest.approx([mean, (cv * mean) ** 2], rel=1e-9)
+        distribution = fb.Weibull(mean=mean, cv=cv, location=location)
+        assert distribution == fb.Weibull(distribution.scale, distribution.shape, location)
+        assert distribution == fb.Weibull(mean=mean, std=cv * mean, location=location)
+        moments = [float(moment) for moment in distribution.frozen.stats("mv")]
+        assert moments == pytest.approx([mean, (cv * mean) ** 2], rel=1e-9)
     assert fb.Weibull(mean=2.0, cv=1.0).shape == pytest.approx(1.0)  # exponential
-    one = fb.Beta(mean=70.0, std=5.0, lower=60.0, upper=90.0)
-    assert [float(own) for own in one.frozen.stats("mv")] == pytest.approx([70.0, 25.0])
+    distribution = fb.Beta(mean=70.0, std=5.0, lower=60.0, upper=90.0)
+    assert [float(moment) for moment in distribution.frozen.stats("mv")] == pytest.approx(
+        [70.0, 25.0]
+    )
     assert fb.Beta(mean=0.5, std=12**-0.5) == pytest.approx(fb.Beta(1.0, 1.0))
     inputs = {"e": fb.Weibull(mean=fb.Interval(4.8, 5.2), cv=fb.Interval(0.1, 0.2))}
     inputs["b"] = fb.Beta(mean=fb.Interval(0.2, 0.4), std=0.1)
@@ -442,41 +453,41 @@ def test_the_quantiles_of_a_scipy_distribution_are_computed_once():
 
 @pytest.mark.parametrize("kind", [fb.Normal, fb.LogNormal])
 def test_a_coefficient_of_variation_in_per_cent_is_remarked_on(kind):
-    with pytest.warns(fb.errors.FlexbandWarning) as issued:
+    with pytest.warns(fb.errors.FlexbandWarning) as records:
         kind(2.0, cv=5)
-    assert f"{kind.__name__} cv is 5, a standard deviation of 5 times" in str(issued[0].message)
-    assert "is it in per cent? A cv of 0.05 is 5 %" in str(issued[0].message)
+    assert f"{kind.__name__} cv is 5, a standard deviation of 5 times" in str(records[0].message)
+    assert "is it in per cent? A cv of 0.05 is 5 %" in str(records[0].message)
     kind(2.0, cv=1.0)  # warnings are errors
     fb.Normal(2.0, 6.0)
     fb.Gumbel(2.0, cv=1.5)
     fb.LogNormal.of_logarithm(0.0, 0.9)  # whose cv is 1.1
 
 
-@pytest.mark.parametrize("apart", [0.0, 4.0, 20.0])
-def test_the_bandwidth_of_samples_survives_two_suppliers(apart):
+@pytest.mark.parametrize("separation", [0.0, 4.0, 20.0])
+def test_the_bandwidth_of_samples_survives_two_suppliers(separation):
     """Beyond the upper mean by 3.5 σ, in the median of draws; Silverman's rule finds 6·10⁻²."""
     sigma = 0.01
-    beyond = []
+    tail_shares = []
     wide = []
     for seed in range(60):
         rng = np.random.default_rng(31_000 + seed)
-        groups = [rng.normal(350 + k * apart * sigma, sigma, 60) for k in (0, 1)]
-        values = np.sort(np.concatenate(groups if apart else groups[:1]))
+        groups = [rng.normal(350 + k * separation * sigma, sigma, 60) for k in (0, 1)]
+        values = np.sort(np.concatenate(groups if separation else groups[:1]))
         wide.append(bandwidth(values) / sigma)
-        place = np.array([350 + (apart + 3.5) * sigma])
-        beyond.append(norm.sf(fb.Samples(values).to_normal(place)[0]))
+        place = np.array([350 + (separation + 3.5) * sigma])
+        tail_shares.append(norm.sf(fb.Samples(values).to_normal(place)[0]))
     assert np.median(wide) < 0.45
     assert np.quantile(wide, 0.95) < 0.5
-    assert 3e-5 < np.median(beyond) < 4e-4
+    assert 3e-5 < np.median(tail_shares) < 4e-4
 
 
 def test_samples_without_a_bandwidth_are_themselves():
     values = np.array([1.0, 2.0, 2.5, 4.0, 7.0])
     with pytest.warns(fb.errors.FlexbandWarning):
-        given = fb.Samples(values, bandwidth=0)
-    found = given.at_normal(norm.ppf((np.arange(100) + 0.5) / 100))
-    np.testing.assert_allclose(found, values[np.arange(100) // 20], atol=1e-4)
-    bands = fb.propagate(lambda x: x**2, {"x": given}, fb.PCCI(2, 0))
+        samples = fb.Samples(values, bandwidth=0)
+    quantiles = samples.at_normal(norm.ppf((np.arange(100) + 0.5) / 100))
+    np.testing.assert_allclose(quantiles, values[np.arange(100) // 20], atol=1e-4)
+    bands = fb.propagate(lambda x: x**2, {"x": samples}, fb.PCCI(2, 0))
     np.testing.assert_allclose(bands["mean"], np.mean(values**2), rtol=1e-6)
 
 
@@ -494,8 +505,8 @@ def test_a_probability_that_rests_on_smoothing_says_so():
     surrogate = fb.expand(lambda x: x, {"x": fb.Samples(values)}, fb.AdaptivePCCI())
     rare = fb.analysis.failure_probability(surrogate, fb.Limit(below=3.0))
     assert "Probabilities below 1/50 rest on the smoothing of x" in rare.attrs["verdict"]
-    usual = fb.analysis.failure_probability(surrogate, fb.Limit(below=1.0))
-    assert "smoothing" not in usual.attrs["verdict"]
+    likely = fb.analysis.failure_probability(surrogate, fb.Limit(below=1.0))
+    assert "smoothing" not in likely.attrs["verdict"]
 
 
 def test_a_ufunc_takes_no_names():

@@ -27,10 +27,10 @@ TIMES = np.linspace(0.0, 1.0, 5)
 
 def remarks(response, method, inputs=INPUTS):
     """Return the names of the inputs that are remarked on, and the bands."""
-    with warnings.catch_warnings(record=True) as caught:
+    with warnings.catch_warnings(record=True) as records:
         warnings.simplefilter("always")
         bands = fb.propagate(response, inputs, method)
-    texts = [str(one.message) for one in caught]
+    texts = [str(record.message) for record in records]
     assert all("changes no output" in text for text in texts)
     return {text.split("'")[1] for text in texts}, bands
 
@@ -49,8 +49,8 @@ def everything(a, b, c, d, e, size=1.0):
 @pytest.mark.parametrize("method", METHODS, ids=repr)
 @pytest.mark.parametrize("size", [1.0, 1e-9])
 def test_small_effects_are_effects(method, size):
-    found, _ = remarks(functools.partial(everything, size=size), method)
-    assert not found
+    names, _ = remarks(functools.partial(everything, size=size), method)
+    assert not names
 
 
 @pytest.mark.parametrize("method", PAIRED, ids=repr)
@@ -69,8 +69,8 @@ def test_inputs_without_effect_are_named(method, idle):
             + 0.0 * (values[idle] if idle != "e" else values[idle](np.zeros(1))[:, 0])
         )
 
-    found, bands = remarks(response, method)
-    assert found == {idle}
+    names, bands = remarks(response, method)
+    assert names == {idle}
     assert bands.attrs["runs"] <= method.max_runs if isinstance(method, fb.AdaptivePCCI) else True
 
 
@@ -86,8 +86,8 @@ def test_samples_prove_what_they_can(method):
         return over_time(a + b + c + 0 * (d + e(np.zeros(1))[:, 0]))
 
     for response, expected in ((interval, {"b"}), (random, {"c", "d", "e"}), (one_random, set())):
-        found, bands = remarks(response, method)
-        assert found == expected
+        names, bands = remarks(response, method)
+        assert names == expected
         assert bands.attrs["runs"] == 180 + 1
 
 
@@ -106,7 +106,7 @@ def test_only_reading_on_all_ways_counts_as_reading():
     def inner(a, b, c, d, e):
         return over_time(sum(v * d for v in (a, b, c))) + [e(np.zeros(1))[k] for k in range(len(a))]
 
-    def named(a, b, c, d, e):
+    def by_locals(a, b, c, d, e):
         values = locals()
         return over_time(sum(values[name] for name in "abcd") + e(np.zeros(1))[:, 0])
 
@@ -114,7 +114,7 @@ def test_only_reading_on_all_ways_counts_as_reading():
     def around(**values):
         return inner(**values)
 
-    for response in (inner, named, around):
+    for response in (inner, by_locals, around):
         assert not remarks(response, fb.LHSScanning(5, 2))[0]
 
 
@@ -161,9 +161,9 @@ def test_a_builder_that_does_not_read_its_argument():
 
 
 def test_the_remark_points_to_the_line_of_the_caller():
-    with pytest.warns(fb.errors.FlexbandWarning, match="input 'b' changes no output") as caught:
+    with pytest.warns(fb.errors.FlexbandWarning, match="input 'b' changes no output") as records:
         fb.expand(lambda a, b: a[:, None], {k: INPUTS[k] for k in "ab"}, fb.PCCI(1, 1))
-    assert caught[0].filename == __file__
+    assert records[0].filename == __file__
 
 
 def test_first_runs_show_that_all_inputs_have_effects():

@@ -30,11 +30,11 @@ def in_later_batches(change):
     """Return the response, changed in all calls but the first."""
     calls = []
 
-    def changed(x, e):
+    def later_response(x, e):
         calls.append(len(x))
         return change(response(x, e)) if len(calls) > 1 else response(x, e)
 
-    return changed
+    return later_response
 
 
 @pytest.mark.parametrize(
@@ -47,8 +47,8 @@ def in_later_batches(change):
 )
 def test_batches_are_aligned_by_name(change):
     expected = fb.propagate(response, INPUTS, fb.PCCI(2, 2))
-    found = fb.propagate(in_later_batches(change), INPUTS, fb.PCCI(2, 2), batch=4)
-    xr.testing.assert_identical(found, expected)
+    bands = fb.propagate(in_later_batches(change), INPUTS, fb.PCCI(2, 2), batch=4)
+    xr.testing.assert_identical(bands, expected)
 
 
 @pytest.mark.parametrize(
@@ -77,14 +77,16 @@ def test_later_calls_of_an_adaptive_method_are_aligned_too():
     method = fb.AdaptivePCCI(1e-9, phase_resolved=False)
     xr.testing.assert_identical(fb.propagate(reverse, INPUTS, method), expected)
     surrogate = fb.expand(response, INPUTS, fb.PCCI(1, 2))
-    checked = fb.verify(surrogate, lambda x, e: response(x, e).isel(output=[1, 0])).verification
-    np.testing.assert_allclose(checked["missed"], 0.0, atol=1e-12)
+    verification = fb.verify(
+        surrogate, lambda x, e: response(x, e).isel(output=[1, 0])
+    ).verification
+    np.testing.assert_allclose(verification["missed"], 0.0, atol=1e-12)
 
 
 def test_the_dim_sample_may_be_anywhere():
     expected = fb.propagate(response, INPUTS, fb.PCCI(1, 1))
-    turned = fb.propagate(lambda x, e: response(x, e).transpose(), INPUTS, fb.PCCI(1, 1))
-    xr.testing.assert_identical(turned.transpose(*expected["mean"].dims, ...)["mean"],
+    result = fb.propagate(lambda x, e: response(x, e).transpose(), INPUTS, fb.PCCI(1, 1))
+    xr.testing.assert_identical(result.transpose(*expected["mean"].dims, ...)["mean"],
                                 expected["mean"])  # fmt: skip
 
 
@@ -188,8 +190,8 @@ def test_other_arrays_of_real_numbers_are_taken(result):
 
 def test_columns_of_a_table_are_aligned_by_name():
     def table(x):
-        both = pd.DataFrame({"u": x, "v": 2 * x})
-        return both if x[0] < 0 else both[["v", "u"]]
+        frame = pd.DataFrame({"u": x, "v": 2 * x})
+        return frame if x[0] < 0 else frame[["v", "u"]]
 
     bands = fb.propagate(table, {"x": fb.Normal(0.0, 1.0)}, fb.PCCI(1, 0), batch=1)
     np.testing.assert_allclose(bands["error_bar"].sel(bound="upper"), [1.0, 2.0])
@@ -225,15 +227,19 @@ def test_the_order_of_the_inputs_does_not_matter(method, tmp_path):
     }
     other = dict(sorted(inputs.items()))
     if isinstance(method.__dict__.get("random_order"), dict):
-        turned = fb.PCCI({"z": 2, "a": 1}, {"b": 2, "m": 1})
-        assert (turned, turned.label, repr(turned)) == (method, method.label, repr(method))
-    written = []
-    for number, given in enumerate((inputs, other, dict(reversed(inputs.items())))):
-        bands = fb.propagate(ringing, given, method)
+        equal_method = fb.PCCI({"z": 2, "a": 1}, {"b": 2, "m": 1})
+        assert (equal_method, equal_method.label, repr(equal_method)) == (
+            method,
+            method.label,
+            repr(method),
+        )
+    results = []
+    for number, variant in enumerate((inputs, other, dict(reversed(inputs.items())))):
+        bands = fb.propagate(ringing, variant, method)
         file = tmp_path / f"{number}.nc"
         write_netcdf(bands, file)
-        written.append((file.read_bytes(), json.dumps(bands.attrs, default=str)))
-    assert written[0] == written[1] == written[2]
+        results.append((file.read_bytes(), json.dumps(bands.attrs, default=str)))
+    assert results[0] == results[1] == results[2]
 
 
 @pytest.mark.parametrize(
@@ -242,19 +248,19 @@ def test_the_order_of_the_inputs_does_not_matter(method, tmp_path):
 def test_numbers_of_any_precision_are_taken_without_a_warning(kind, digits):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = fb.propagate(lambda x, e: (e + x).astype(kind), INPUTS, fb.LHSScanning())
+        bands = fb.propagate(lambda x, e: (e + x).astype(kind), INPUTS, fb.LHSScanning())
     exact = fb.propagate(lambda x, e: e + x, INPUTS, fb.LHSScanning())
-    np.testing.assert_allclose(found["mean"], exact["mean"], atol=digits)
+    np.testing.assert_allclose(bands["mean"], exact["mean"], atol=digits)
 
 
 @pytest.mark.parametrize("size", [1e149, 1e-119])
 def test_claims_do_not_depend_on_the_unit_up_to_extreme_ones(size):
     inputs = {"a": fb.Interval(0.0, 1.0), "b": fb.Normal(1.0, 0.1)}
-    found, exact = (
+    bands, exact = (
         fb.propagate(
             lambda a, b, s=s: s * np.tanh(3 * a * b), inputs, fb.methods.PhaseResolvedPCCI(2, 3)
         )
         for s in (size, 1.0)
     )
-    np.testing.assert_allclose(found["error_bar"] / size, exact["error_bar"], rtol=1e-9, atol=1e-12)
-    assert found.attrs["expected_error"] == pytest.approx(exact.attrs["expected_error"], rel=1e-9)
+    np.testing.assert_allclose(bands["error_bar"] / size, exact["error_bar"], rtol=1e-9, atol=1e-12)
+    assert bands.attrs["expected_error"] == pytest.approx(exact.attrs["expected_error"], rel=1e-9)

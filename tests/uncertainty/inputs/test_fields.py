@@ -39,9 +39,9 @@ def test_eigenvalues_approach_karhunen_loeve():
     field = fb.RandomField(
         0.0, 1.0, 1.0, domain=(0.0, 2.0), terms=4, nodes=401, correlation=fb.fields.exponential
     )
-    found = field.expansion.eigenvalues * 2.0 / 401
+    eigenvalues = field.expansion.eigenvalues * 2.0 / 401
     np.testing.assert_allclose(
-        found, [1.1493104327, 0.3909412374, 0.1570492108, 0.0795565770], rtol=8e-3
+        eigenvalues, [1.1493104327, 0.3909412374, 0.1570492108, 0.0795565770], rtol=8e-3
     )
 
 
@@ -60,9 +60,9 @@ def test_positions_may_differ_between_samples():
     field = fb.RandomField(5.0, 2.0, 1.0, domain=(0.0, 2.0), terms=3)
     xi = np.random.default_rng(0).standard_normal((4, 3))
     x = np.linspace(0, 2, 4)[:, None] * np.array([0.2, 1.0])
-    own = field.value(xi)(x)
+    values = field.value(xi)(x)
     for k in range(4):
-        np.testing.assert_allclose(own[k], field.value(xi)(x[k])[k], rtol=1e-14)
+        np.testing.assert_allclose(values[k], field.value(xi)(x[k])[k], rtol=1e-14)
 
 
 def test_a_field_without_a_domain_is_located():
@@ -77,9 +77,9 @@ def test_a_field_without_a_domain_is_located():
     bands = fb.propagate(response, inputs, fb.ImprovedPCCI(1, 1))
     assert calls == [2, 4, 1]  # both ends of the interval, the design, one run again
     assert bands.attrs["runs"] == 7
-    known = inputs | {"field": replace(inputs["field"], domain=(0.5, 2.5))}
+    with_domain = inputs | {"field": replace(inputs["field"], domain=(0.5, 2.5))}
     np.testing.assert_array_equal(
-        bands["mean"], fb.propagate(response, known, fb.ImprovedPCCI(1, 1))["mean"]
+        bands["mean"], fb.propagate(response, with_domain, fb.ImprovedPCCI(1, 1))["mean"]
     )
     np.testing.assert_allclose(bands["mean"], [3.0, 6.0])
 
@@ -113,13 +113,13 @@ def test_a_field_is_not_extrapolated():
 
 
 def test_expansions_that_are_not_possible():
-    rough = {"correlation": fb.fields.exponential, "domain": (0.0, 10.0), "nodes": 5}
+    settings = {"correlation": fb.fields.exponential, "domain": (0.0, 10.0), "nodes": 5}
     with pytest.raises(
         fb.errors.InputError, match=r"tolerance 0.01 .* not met by 5 terms on 5 nodes"
     ):
-        _ = fb.RandomField(0.0, 1.0, 1.0, tolerance=0.01, **rough).dimension
+        _ = fb.RandomField(0.0, 1.0, 1.0, tolerance=0.01, **settings).dimension
     with pytest.raises(fb.errors.InputError, match="terms must be 5 or less here; got 9"):
-        _ = fb.RandomField(0.0, 1.0, 1.0, terms=9, **rough).dimension
+        _ = fb.RandomField(0.0, 1.0, 1.0, terms=9, **settings).dimension
     with pytest.raises(fb.errors.InputError, match="domain must be given"):
         _ = fb.RandomField(0.0, 1.0, 1.0).dimension
 
@@ -175,11 +175,11 @@ def test_eigenvalues_are_those_of_the_exponential_kernel(expansion):
 
 
 def test_orthogonal_series_approach_karhunen_loeve():
-    rough = UNIT | {"domain": (0.0, 6.0), "terms": 6, "correlation": fb.fields.Matern(1.5)}
-    exact = fb.RandomField(**rough, nodes=96, discretization=fb.fields.karhunen_loeve).expansion
+    settings = UNIT | {"domain": (0.0, 6.0), "terms": 6, "correlation": fb.fields.Matern(1.5)}
+    exact = fb.RandomField(**settings, nodes=96, discretization=fb.fields.karhunen_loeve).expansion
     errors = []
     for nodes in (6, 9, 12, 18):
-        series = fb.RandomField(**rough, nodes=nodes, discretization=fb.fields.orthogonal_series)
+        series = fb.RandomField(**settings, nodes=nodes, discretization=fb.fields.orthogonal_series)
         errors.append(np.abs(series.expansion.eigenvalues - exact.eigenvalues).max())
     assert np.all(np.array(errors[1:]) < 0.3 * np.array(errors[:-1]))
     assert errors[-1] < 1e-5
@@ -198,8 +198,8 @@ def test_the_variance_error_is_that_of_samples(expansion, correlation):
     x = 1 + x
     series = field.expansion
     if expansion is fb.fields.eole:  # ξ_i = φ_iᵀ u(nodes)/√χ_i
-        combined = series.eigenvectors / np.sqrt(series.eigenvalues)
-        covariance = correlation(x[:, None] - series.nodes) @ combined
+        factors = series.eigenvectors / np.sqrt(series.eigenvalues)
+        covariance = correlation(x[:, None] - series.nodes) @ factors
     else:  # ξ_i = ∫ f_i u/√λ_i
         functions = (series.basis(x) / series.eigenvalues[:, None]) * weights
         covariance = correlation(x[:, None] - x) @ functions.T
@@ -226,8 +226,8 @@ def test_matern_correlations():
     gaps = [np.abs(fb.fields.Matern(nu)(d) - limit).max() for nu in (25, 50, 100)]
     np.testing.assert_allclose(gaps[:-1], 2 * np.array(gaps[1:]), rtol=0.05)  # O(1/ν)
     for nu in (1.0, 2.0, 37.3):  # the series at small distances meets the function
-        near = np.geomspace(1e-12, 0.5, 400)
-        assert np.all(np.diff(fb.fields.Matern(nu)(near)) <= 1e-12)
+        distances = np.geomspace(1e-12, 0.5, 400)
+        assert np.all(np.diff(fb.fields.Matern(nu)(distances)) <= 1e-12)
         assert fb.fields.Matern(nu)(np.zeros(1))[0] == 1.0
 
 
@@ -235,8 +235,8 @@ def test_matern_correlations():
 def test_lognormal_fields(expansion):
     """Exact moments; the correlation is that of the logarithm; the mean needs no terms."""
     profile = {"mean": lambda x: 2.0 + x, "std": lambda x: 1.0 + 0.5 * x**2}
-    given = UNIT | profile | {"distribution": "lognormal", "discretization": expansion}
-    field = fb.RandomField(**given, tolerance=1e-6)
+    settings = UNIT | profile | {"distribution": "lognormal", "discretization": expansion}
+    field = fb.RandomField(**settings, tolerance=1e-6)
     x = np.array([0.1, 0.9, 2.0])
     xi, w = np.polynomial.hermite_e.hermegauss(60)
     square = np.log1p(((1 + 0.5 * x**2) / (2 + x)) ** 2)
@@ -244,13 +244,13 @@ def test_lognormal_fields(expansion):
     covariance = np.expm1(np.sqrt(np.outer(square, square)) * (basis.T @ basis))
     expected = np.expm1(np.sqrt(np.outer(square, square)) * np.exp(-((x[:, None] - x) ** 2)))
     np.testing.assert_allclose(covariance, expected, rtol=2e-5)
-    one = fb.RandomField(**given, terms=1)
-    values = one.value(xi[:, None])(x)
+    single = fb.RandomField(**settings, terms=1)
+    values = single.value(xi[:, None])(x)
     np.testing.assert_allclose(w @ values / w.sum(), 2 + x, rtol=1e-12)
     second = w @ (values - 2 - x) ** 2 / w.sum()
     if expansion is fb.fields.eole:  # the best estimate: what it has, and what it lacks, add up
         std = 1 + 0.5 * x**2
-        np.testing.assert_allclose(second + one.variance_error(x) * std**2, std**2, rtol=1e-9)
+        np.testing.assert_allclose(second + single.variance_error(x) * std**2, std**2, rtol=1e-9)
 
 
 def test_profiles_are_functions_of_position():
@@ -259,10 +259,10 @@ def test_profiles_are_functions_of_position():
     xi = np.random.default_rng(0).standard_normal((2, 4))
     u = replace(field, mean=0.0, std=1.0).value(xi)(x)
     np.testing.assert_allclose(field.value(xi)(x), 1 + x + (0.1 + x**2) * u, rtol=1e-14)
-    located = fb.propagate(
+    bands = fb.propagate(
         lambda f: f(np.linspace(0, 2, 3)), {"f": replace(field, domain=None)}, fb.PCCI(1, 0)
     )
-    np.testing.assert_allclose(located["mean"], [[1, 2, 3]] * 2, rtol=1e-12)
+    np.testing.assert_allclose(bands["mean"], [[1, 2, 3]] * 2, rtol=1e-12)
 
 
 def test_a_mean_of_which_only_limits_are_known():
@@ -278,10 +278,10 @@ def test_a_mean_of_which_only_limits_are_known():
 def test_realizations_are_seeded():
     field = fb.RandomField(**UNIT, tolerance=1e-3)
     x = np.linspace(0, 2, 5)
-    once, again, other = (field.realizations(x, 7, seed=k) for k in (1, 1, 2))
-    np.testing.assert_array_equal(once, again)
-    assert once.shape == (7, 5)
-    assert not np.any(once == other)
+    first, second, third = (field.realizations(x, 7, seed=k) for k in (1, 1, 2))
+    np.testing.assert_array_equal(first, second)
+    assert first.shape == (7, 5)
+    assert not np.any(first == third)
 
 
 def test_rough_fields_get_more_nodes():

@@ -60,7 +60,7 @@ METHODS = {
 }
 
 
-@pytest.mark.parametrize("method", METHODS, ids=lambda one: one.name)
+@pytest.mark.parametrize("method", METHODS, ids=lambda case: case.name)
 def test_fields_and_a_choice(method, tmp_path, monkeypatch):
     for function in (limit, trend):
         monkeypatch.setitem(fb.fields.Field.functions, function.__name__, function)
@@ -73,15 +73,15 @@ def test_fields_and_a_choice(method, tmp_path, monkeypatch):
     else:
         bands = fb.propagate(response, INPUTS, method)
     np.testing.assert_allclose(bands["mean"], [low, 3 * high], rtol=METHODS[method] / 10)
-    found = bands["error_bar"] - bands["mean"]
-    np.testing.assert_allclose(found, [-std, 3 * std], rtol=METHODS[method])
+    deviation = bands["error_bar"] - bands["mean"]
+    np.testing.assert_allclose(deviation, [-std, 3 * std], rtol=METHODS[method])
     assert np.all(bands["mean_choice"] == np.array([["1.0"], ["3.0"]]))
 
 
 @pytest.mark.parametrize(
     "expansion", [fb.fields.eole, fb.fields.karhunen_loeve, fb.fields.orthogonal_series]
 )
-@pytest.mark.parametrize("method", METHODS, ids=lambda one: one.name)
+@pytest.mark.parametrize("method", METHODS, ids=lambda case: case.name)
 def test_every_discretization_in_every_method(method, expansion):
     """A field and an interval, of which the response is a linear function."""
     field = fb.RandomField(3.0, 0.3, 1.0, (0.0, 1.0), terms=2, discretization=expansion)
@@ -94,5 +94,5 @@ def test_every_discretization_in_every_method(method, expansion):
     mean = 3 * WEIGHT.sum() * (1.0 + TIMES)
     std = np.linalg.norm(0.3 * field.expansion.basis(X) @ WEIGHT) * (1.0 + TIMES)
     np.testing.assert_allclose(bands["mean"], [mean + 0.5, mean + 1], rtol=METHODS[method] / 10)
-    found = abs(bands["error_bar"] - bands["mean"])
-    np.testing.assert_allclose(found, [std, std], rtol=METHODS[method])
+    deviation = abs(bands["error_bar"] - bands["mean"])
+    np.testing.assert_allclose(deviation, [std, std], rtol=METHODS[method])

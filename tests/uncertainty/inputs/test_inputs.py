@@ -51,9 +51,11 @@ INPUTS = {"a": OfMedian(2.0, 0.1), "b": Tolerance(3.0, fb.Interval(-0.1, 0.2), "
     ),
     st.lists(st.floats(-1, 1), min_size=1, max_size=5),
 )
-def test_standard_variables_and_values_belong_together(one, numbers):
+def test_standard_variables_and_values_belong_together(quantity, numbers):
     standard = np.array(numbers)[:, None]
-    np.testing.assert_allclose(one.standard(one.value(standard)), standard[:, 0], atol=1e-12)
+    np.testing.assert_allclose(
+        quantity.standard(quantity.value(standard)), standard[:, 0], atol=1e-12
+    )
 
 
 def test_a_distribution_and_an_interval_of_the_users_own():
@@ -74,10 +76,10 @@ def test_they_are_saved_with_a_surrogate(tmp_path, monkeypatch):
         lambda a, b, f: a * b * f(np.ones(1))[:, 0], INPUTS | {"f": field}, fb.ImprovedPCCI(2, 1)
     )
     fb.save_surrogate(surrogate, tmp_path / "s.npz")
-    again = fb.load_surrogate(tmp_path / "s.npz")
-    assert {k: again.space.inputs[k] for k in INPUTS} == INPUTS
+    copy = fb.load_surrogate(tmp_path / "s.npz")
+    assert {k: copy.space.inputs[k] for k in INPUTS} == INPUTS
     points = {"a": [1.9, 2.2], "b": 3.0, "f": np.array([[0.0, 1.0]])}
-    xr.testing.assert_identical(again.evaluate(**points), surrogate.evaluate(**points))
+    xr.testing.assert_identical(copy.evaluate(**points), surrogate.evaluate(**points))
     monkeypatch.delitem(fb.RandomField.correlations, "triangle")
     with pytest.raises(fb.errors.InputError, match="the correlation 'triangle' must be"):
         fb.load_surrogate(tmp_path / "s.npz")

@@ -46,8 +46,8 @@ def test_the_worst_case_is_that_of_all_corners():
     best = FIELD.value(ends[[corners.argmax()]])(FIELD.places)[0]
     np.testing.assert_allclose(at, [*best, 1.0], rtol=1e-12)
     surrogate = fb.expand(response, inputs, fb.ImprovedPCCI(1, 1))
-    again = surrogate.evaluate(h=at[None, :4], k=at[4])
-    np.testing.assert_allclose(again[0, 0], expected[1], rtol=1e-9)
+    result = surrogate.evaluate(h=at[None, :4], k=at[4])
+    np.testing.assert_allclose(result[0, 0], expected[1], rtol=1e-9)
 
 
 def test_a_field_is_found_checked_saved_and_loaded(tmp_path):
@@ -61,8 +61,8 @@ def test_a_field_is_found_checked_saved_and_loaded(tmp_path):
     assert surrogate.space.inputs["h"].domain == (0.0, 1.0)
     assert fb.verify(surrogate, response).verification.attrs["confirmed"] == "yes"
     fb.save_surrogate(surrogate, tmp_path / "s.npz")
-    loaded = fb.load_surrogate(tmp_path / "s.npz")
-    xr.testing.assert_identical(loaded.bands(), surrogate.bands())
+    copy = fb.load_surrogate(tmp_path / "s.npz")
+    xr.testing.assert_identical(copy.bands(), surrogate.bands())
 
 
 def test_functions_are_saved_by_name(tmp_path):
@@ -116,6 +116,6 @@ def test_values_that_no_sample_has_are_refused():
         with pytest.raises(fb.errors.InputError, match=text):
             field.standard(np.array(value))
     np.testing.assert_allclose(field.standard(np.array([[0.25, 0.75]])), [[-1.0, 1.0]], atol=1e-12)
-    known = fb.IntervalField(lambda x: -x, lambda x: x, 1.0, domain=(0.0, 1.0))
+    wedge = fb.IntervalField(lambda x: -x, lambda x: x, 1.0, domain=(0.0, 1.0))
     with pytest.raises(fb.errors.InputError, match="its limits are equal at 0"):
-        known.standard(np.zeros((1, 2)))
+        wedge.standard(np.zeros((1, 2)))

@@ -14,16 +14,16 @@ SPREAD = 0.02
 """The wave's phase changes by 1 rad at the end, for e from 0 to 1."""
 
 
-def labelled(values):
+def with_labels(values):
     return xr.DataArray(values, dims=("sample", "time"), coords={"time": TIMES})
 
 
 def wave(e):
-    return labelled(np.cos(2 * np.pi * (1 + SPREAD * e[:, None]) * TIMES))
+    return with_labels(np.cos(2 * np.pi * (1 + SPREAD * e[:, None]) * TIMES))
 
 
 def decay(e):
-    return labelled(np.exp(-(0.2 + 0.04 * e[:, None]) * TIMES))
+    return with_labels(np.exp(-(0.2 + 0.04 * e[:, None]) * TIMES))
 
 
 def moments(response, kind):
@@ -81,15 +81,15 @@ def test_one_input_of_one_kind(response, kind, method, tolerance, tmp_path):
     if kind == "interval":
         mean = response(at).values
         std = 0.0
-        found = surrogate.moments(e=at)
+        result = surrogate.moments(e=at)
     else:
         mean, std = moments(response, kind)
-        found = surrogate.moments()
-    np.testing.assert_allclose(found["mean"] - mean, 0, atol=3 * tolerance)
-    np.testing.assert_allclose(found["std"] - std, 0, atol=3 * tolerance)
+        result = surrogate.moments()
+    np.testing.assert_allclose(result["mean"] - mean, 0, atol=3 * tolerance)
+    np.testing.assert_allclose(result["std"] - std, 0, atol=3 * tolerance)
     fb.save_surrogate(surrogate, tmp_path / "surrogate.npz")
-    loaded = fb.load_surrogate(tmp_path / "surrogate.npz")
-    np.testing.assert_array_equal(loaded.bands().error_bar, bands.error_bar)
+    copy = fb.load_surrogate(tmp_path / "surrogate.npz")
+    np.testing.assert_array_equal(copy.bands().error_bar, bands.error_bar)
     assert fb.verify(surrogate, response).verification.attrs["confirmed"] != "no"
 
 
@@ -128,14 +128,14 @@ def test_a_field_of_many_terms():
 @pytest.mark.parametrize("method", [fb.PCCI, fb.ImprovedPCCI, fb.methods.PhaseResolvedPCCI])
 def test_tensor_designs_of_many_inputs_are_refused_by_their_runs(method, order):
     inputs = {f"a{k:02d}": fb.Interval(-1, 1) for k in range(60)}
-    one = method(order, order)
+    design = method(order, order)
     if order == 0:
-        assert fb.propagate(linear, inputs, one).attrs["runs"] <= 1 + 4 + 1
+        assert fb.propagate(linear, inputs, design).attrs["runs"] <= 1 + 4 + 1
         return
     with pytest.raises(
         fb.errors.InputError, match=r"would take about 10\^\d+ runs, with 0 random and 60"
     ):
-        fb.propagate(linear, inputs, one)
+        fb.propagate(linear, inputs, design)
 
 
 def test_scans_of_many_inputs_are_refused_by_their_runs():

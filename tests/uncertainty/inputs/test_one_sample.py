@@ -39,7 +39,7 @@ def of_as_many_times(x, e):
     return e * np.exp(-x * T)
 
 
-def labelled(x, e):
+def with_labels(x, e):
     values = e * np.exp(-x * T)
     return xr.DataArray([values, values**2], dims=("output", "time"), coords={"time": T})
 
@@ -49,7 +49,7 @@ def stacked_outputs(x, e):
 
 
 SCALAR = [with_math, with_a_branch, with_float, one_number, with_a_solver, of_as_many_times,
-          labelled, stacked_outputs]  # fmt: skip
+          with_labels, stacked_outputs]  # fmt: skip
 
 
 @pytest.mark.parametrize("function", SCALAR, ids=lambda f: f.__name__)
@@ -72,8 +72,8 @@ def test_a_function_of_one_field_is_recognized(domain):
     field = fb.RandomField(10.0, 1.0, correlation_length=2.0, domain=domain)
     inputs = {"flexibility": field, "load": fb.Interval(1.0, 2.0)}
     bands = fb.propagate(bar, inputs, fb.PCCI(2, 1))  # vectorized as it is
-    alone = fb.propagate(fb.models.samplewise(bar), inputs, fb.PCCI(2, 1))
-    np.testing.assert_allclose(alone["mean"], bands["mean"], rtol=1e-12)
+    of_samples = fb.propagate(fb.models.samplewise(bar), inputs, fb.PCCI(2, 1))
+    np.testing.assert_allclose(of_samples["mean"], bands["mean"], rtol=1e-12)
     with pytest.raises(fb.errors.InputError, match=r"fb\.models\.samplewise\(response\)"):
         fb.propagate(lambda flexibility, load: float(bar(flexibility, load)), inputs,
                      fb.PCCI(2, 1))  # fmt: skip
@@ -95,14 +95,14 @@ def bad_for_one(x, e):
     ],
 )
 def test_other_errors_are_told_with_the_inputs(response, error):
-    with pytest.raises((fb.errors.RunError, fb.errors.InputError)) as caught:
+    with pytest.raises((fb.errors.RunError, fb.errors.InputError)) as failure:
         fb.propagate(response, INPUTS, fb.PCCI(2, 2))
-    told = str(caught.value)
-    assert "samplewise" not in told
+    message = str(failure.value)
+    assert "samplewise" not in message
     if error is not fb.errors.InputError:
-        assert isinstance(caught.value.__cause__, error)
-        assert f"the response raised {error.__name__}: " in told
-        assert "inputs of the 9 runs of the call: e from 0.5" in told
+        assert isinstance(failure.value.__cause__, error)
+        assert f"the response raised {error.__name__}: " in message
+        assert "inputs of the 9 runs of the call: e from 0.5" in message
 
 
 @pytest.mark.parametrize("scalar", [lambda h: max(h, 0.0), math.fabs], ids=["max", "fabs"])
@@ -118,12 +118,12 @@ def test_a_builder_of_one_mechanism_is_recognized(scalar):
         fb.propagate(response, inputs, fb.PCCI(1, 1))
     with pytest.warns(fb.errors.FlexbandWarning, match="input 'mass' changes no output"):
         bands = fb.propagate(fb.models.samplewise(response), inputs, fb.PCCI(1, 1))
-    fallen = bands["mean"].sel(output="m_Y", time=0.1)
-    np.testing.assert_allclose(fallen, [1 - 0.5 * 9.81 * 0.01, 2 - 0.5 * 9.81 * 0.01], rtol=1e-4)
+    heights = bands["mean"].sel(output="m_Y", time=0.1)
+    np.testing.assert_allclose(heights, [1 - 0.5 * 9.81 * 0.01, 2 - 0.5 * 9.81 * 0.01], rtol=1e-4)
 
 
-@pytest.mark.parametrize("failed", ["stop", "skip"])
-def test_failing_runs_are_no_functions_of_one_sample(failed):
+@pytest.mark.parametrize("policy", ["stop", "skip"])
+def test_failing_runs_are_no_functions_of_one_sample(policy):
     calls = []
 
     def failing(x, e):
@@ -133,13 +133,13 @@ def test_failing_runs_are_no_functions_of_one_sample(failed):
         return x * e
 
     method = fb.MonteCarlo(40, 2)
-    if failed == "stop":
+    if policy == "stop":
         with pytest.raises(fb.errors.RunError, match="raised ArithmeticError: too large"):
             fb.propagate(failing, INPUTS, method)
     else:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            fb.propagate(failing, INPUTS, method, failed=failed)
+            fb.propagate(failing, INPUTS, method, failed=policy)
     assert () not in calls[3:]  # tried at the first error only
 
 
@@ -159,8 +159,8 @@ def test_positions_outside_the_domain_of_a_field_are_not_taken_for_one_sample(me
 
 def test_fields_without_a_domain_have_a_row_for_every_run():
     def bar(E, L):
-        own = E(np.linspace(0.0, 1.0, 5))
-        return np.array([own[k].mean() * L[k] for k in range(len(L))])
+        modulus = E(np.linspace(0.0, 1.0, 5))
+        return np.array([modulus[k].mean() * L[k] for k in range(len(L))])
 
     inputs = {"E": fb.RandomField(1.0, 0.1, correlation_length=1.0), "L": fb.Interval(0.9, 1.0)}
     assert fb.propagate(bar, inputs, fb.PCCI(2, 2))["mean"].shape == (2,)

@@ -52,17 +52,17 @@ def test_a_linear_response_has_exact_bounds(method):
 @pytest.mark.parametrize("method", METHODS)
 def test_all_runs_lie_inside(method):
     """The model exists in the disc and the rhombus only; held-out runs are in them, too."""
-    seen = []
+    points = []
 
-    def inside(pin, guide):
-        seen.append(np.concatenate([np.atleast_2d(pin), np.atleast_2d(guide)]))
+    def response(pin, guide):
+        points.append(np.concatenate([np.atleast_2d(pin), np.atleast_2d(guide)]))
         assert np.all(np.hypot(*pin) <= 0.1 * (1 + 1e-12))
         assert np.all(np.abs(guide[0]) + 0.25 * np.abs(guide[1]) <= 0.05 * (1 + 1e-12))
         return np.exp(5 * pin[0] - 3 * pin[1]) + guide[0] + guide[1]
 
     inputs = {name: INPUTS[name] for name in ("pin", "guide")}
-    fb.propagate(inside, inputs, method)
-    x, y = np.concatenate(seen, axis=1)[:2]
+    fb.propagate(response, inputs, method)
+    x, y = np.concatenate(points, axis=1)[:2]
     assert np.hypot(x, y).max() == pytest.approx(0.1, rel=0.31)
 
 
@@ -79,8 +79,8 @@ def test_many_plays_are_expanded_by_regression():
 
 
 def test_the_largest_of_an_uncertain_radius_counts():
-    worn = fb.propagate(lambda pin: pin[0], {"pin": fb.Play(fb.Interval(0.1, 0.3))}, fb.PCCI(0, 1))
-    np.testing.assert_allclose(worn["mean"], [-0.3, 0.3], rtol=1e-9)
+    bands = fb.propagate(lambda pin: pin[0], {"pin": fb.Play(fb.Interval(0.1, 0.3))}, fb.PCCI(0, 1))
+    np.testing.assert_allclose(bands["mean"], [-0.3, 0.3], rtol=1e-9)
 
 
 def test_values_and_variables_are_inverse_and_checked():
@@ -99,14 +99,14 @@ def test_values_and_variables_are_inverse_and_checked():
 def test_a_surrogate_is_narrowed_saved_and_loaded(tmp_path):
     surrogate = fb.expand(linear, INPUTS, fb.AdaptivePCCI(1e-6))
     fb.save_surrogate(surrogate, tmp_path / "s.nc")
-    again = fb.load_surrogate(tmp_path / "s.nc")
-    np.testing.assert_array_equal(again.bands()["mean"], surrogate.bands()["mean"])
-    narrow = again.narrowed(pin=fb.Play(0.02), guide=fb.GuidePlay(0.01, length=0.5), length=1.1)
+    copy = fb.load_surrogate(tmp_path / "s.nc")
+    np.testing.assert_array_equal(copy.bands()["mean"], surrogate.bands()["mean"])
+    narrow = copy.narrowed(pin=fb.Play(0.02), guide=fb.GuidePlay(0.01, length=0.5), length=1.1)
     reach = 0.02 * SIZE + 4 * 0.01 * 2 / 0.5
     np.testing.assert_allclose(narrow.bands()["mean"], [1.1 - reach, 1.1 + reach], rtol=1e-9)
-    for wider in (fb.Play(0.2), fb.Play(0.05, within="rim"), fb.Interval(-0.1, 0.1), 0.0):
+    for play in (fb.Play(0.2), fb.Play(0.05, within="rim"), fb.Interval(-0.1, 0.1), 0.0):
         with pytest.raises(InputError, match="pin: must be Play"):
-            again.narrowed(pin=wider)
+            copy.narrowed(pin=play)
 
 
 def test_random_inputs_scatter_beside_plays():
@@ -119,14 +119,14 @@ def test_random_inputs_scatter_beside_plays():
 def test_scans_are_over_the_disc():
     """Of 17 points in each direction, 64 are on the rim, at most 1/8 rad apart."""
     inputs = {"pin": fb.Play(0.1), "length": fb.Interval(1.0, 1.1)}
-    reached = []
+    radii = []
 
     def response(pin, length):
-        reached.append(np.hypot(*pin).max())
+        radii.append(np.hypot(*pin).max())
         return length + A * pin[0] + B * pin[1]
 
     bands = fb.propagate(response, inputs, fb.LHSScanning(points=17))
-    assert max(reached) == pytest.approx(0.1, rel=1e-12)
+    assert max(radii) == pytest.approx(0.1, rel=1e-12)
     ends = np.array([1.0, 1.1]) + 0.1 * SIZE * np.array([-1, 1])
     np.testing.assert_allclose(bands["mean"], ends, atol=0.1 * SIZE * (1 - np.cos(1 / 16)))
 
@@ -192,8 +192,8 @@ def test_the_function_generator_has_the_bounds_of_an_exact_optimum():
     dyad = Dyad(("coupler", "rocker"), (122.0, 66.5), places)
     linkage = Linkage(53.0, [dyad], ["rocker"], angles)
     nominal = np.rad2deg(linkage.outputs_at({}))[0, 0]
-    wanted = 76 + 60 * np.sin(0.75 * (angles - angles[0]))
-    np.testing.assert_allclose(nominal, wanted, atol=0.5)
+    target = 76 + 60 * np.sin(0.75 * (angles - angles[0]))
+    np.testing.assert_allclose(nominal, target, atol=0.5)
     radii = dict.fromkeys(linkage.pins, 0.5)
     bands, _, error = bands_of(linkage, radii, fb.AdaptivePCCI(3e-6))
     assert error.max() < 1e-5

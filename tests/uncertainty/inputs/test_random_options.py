@@ -78,8 +78,10 @@ def test_probabilities_are_bounded_for_all_options_together(surrogate, limit):
     of_options = norm.sf((limit - LEVELS - SLOPES * E) / STD)
     exact = of_options @ SHARES
     requirement = fb.Requirement("u", "u", below=limit)
-    found = fb.analysis.failure_probability(surrogate, requirement)["probability"].values.ravel()
-    np.testing.assert_allclose(found, [exact.min(), exact.max()], rtol=0.12)
+    probabilities = fb.analysis.failure_probability(surrogate, requirement)[
+        "probability"
+    ].values.ravel()
+    np.testing.assert_allclose(probabilities, [exact.min(), exact.max()], rtol=0.12)
 
 
 def test_the_least_probability_is_that_of_all_options_at_one_place():
@@ -93,9 +95,11 @@ def test_the_least_probability_is_that_of_all_options_at_one_place():
         "x": fb.Normal(0.0, STD),
         "e": fb.Interval(-1.0, 1.0),
     }
-    found = fb.expand(opposite, inputs, fb.AdaptivePCCI(0.01))
+    expansion = fb.expand(opposite, inputs, fb.AdaptivePCCI(0.01))
     requirement = fb.Requirement("u", below=0.3)
-    probability = fb.analysis.failure_probability(found, requirement)["probability"].values.ravel()
+    probability = fb.analysis.failure_probability(expansion, requirement)[
+        "probability"
+    ].values.ravel()
     exact = [norm.sf(1.5), (norm.sf(-1.0) + norm.sf(4.0)) / 2]
     np.testing.assert_allclose(probability, exact, rtol=0.12)
 
@@ -114,14 +118,14 @@ def test_a_ringing_frequency_that_depends_on_an_option():
         "f": fb.Normal(0.0, 0.05),
         "e": fb.Interval(0.99, 1.01),
     }
-    found = fb.expand(ringing, inputs, fb.AdaptivePCCI(0.01))
-    assert found.diagnostics["carriers"] == 1
+    expansion = fb.expand(ringing, inputs, fb.AdaptivePCCI(0.01))
+    assert expansion.diagnostics["carriers"] == 1
     wave = [
         shares @ (np.cos(k * np.outer(rates, angle)) * np.exp(-((k * 0.05 * angle) ** 2) / 2))
         for angle in [2 * np.pi * time]
         for k in (1, 2)
     ]
-    moments = found.moments(e=1.0)
+    moments = expansion.moments(e=1.0)
     np.testing.assert_allclose(moments["mean"].values.ravel(), wave[0], atol=2e-4)
     variance = 0.5 + 0.5 * wave[1] - wave[0] ** 2
     np.testing.assert_allclose(moments["std"].values.ravel() ** 2, variance, atol=4e-4)
@@ -129,18 +133,18 @@ def test_a_ringing_frequency_that_depends_on_an_option():
 
 def test_a_surrogate_of_options_is_saved_evaluated_and_narrowed(surrogate, tmp_path):
     fb.save_surrogate(surrogate, tmp_path / "surrogate.npz")
-    loaded = fb.load_surrogate(tmp_path / "surrogate.npz")
-    assert loaded.bands().equals(surrogate.bands())
-    values = loaded.evaluate(supplier=np.array(["C", "A"]), x=0.1, e=1.0).values[:, 0]
+    copy = fb.load_surrogate(tmp_path / "surrogate.npz")
+    assert copy.bands().equals(surrogate.bands())
+    values = copy.evaluate(supplier=np.array(["C", "A"]), x=0.1, e=1.0).values[:, 0]
     np.testing.assert_allclose(values, [3.1, 0.6], atol=1e-9)
-    one = loaded.narrowed(supplier="B").bands()
-    np.testing.assert_allclose(one["mean"][:, 0], [0.5, 1.5], atol=1e-9)
-    np.testing.assert_allclose(one["error_bar"][:, 0], [0.3, 1.7], atol=1e-9)
+    bands = copy.narrowed(supplier="B").bands()
+    np.testing.assert_allclose(bands["mean"][:, 0], [0.5, 1.5], atol=1e-9)
+    np.testing.assert_allclose(bands["error_bar"][:, 0], [0.3, 1.7], atol=1e-9)
     for change in ("D", fb.Interval(0.0, 1.0)):
         with pytest.raises(fb.errors.InputError, match="supplier: must be one of"):
-            loaded.narrowed(supplier=change)
+            copy.narrowed(supplier=change)
     with pytest.raises(fb.errors.InputError, match="supplier: must be one of 'A', 'B', 'C'"):
-        loaded.evaluate(supplier="D", x=0.0, e=0.0)
+        copy.evaluate(supplier="D", x=0.0, e=0.0)
 
 
 def test_shares_of_the_variance_are_those_of_a_sum(surrogate):
@@ -157,10 +161,10 @@ def test_the_range_of_values_is_that_of_the_options_and_not_of_what_is_between()
     def level(supplier, e):
         return np.where(supplier == "B", 2.0, np.where(supplier == "C", 1.9, 0.0)) + 0.1 * e
 
-    found = fb.expand(
+    expansion = fb.expand(
         level, {"supplier": SUPPLIERS, "e": fb.Interval(-1.0, 1.0)}, fb.AdaptivePCCI(0.01)
     )
-    result = fb.analysis.value_range(found, 1.0)
+    result = fb.analysis.value_range(expansion, 1.0)
     np.testing.assert_allclose(result["range"], [-0.1, 2.1], atol=1e-9)
     assert result["range_choice"].values.tolist() == ["A", "B"]
 
@@ -195,6 +199,6 @@ def test_polynomials_are_orthogonal_and_make_every_function(weights, seed):
     assert np.abs(values).max() <= 1 + 1e-9
     assert np.linalg.matrix_rank(values) == len(shares)
     assert not family.values(order + 2, points)[:, order + 1 :].any()
-    drawn = family.of_normal(np.random.default_rng(seed).standard_normal(20000))
-    often = [(drawn == x).mean() for x in points]
+    samples = family.of_normal(np.random.default_rng(seed).standard_normal(20000))
+    often = [(samples == x).mean() for x in points]
     np.testing.assert_allclose(often, shares, atol=0.02)

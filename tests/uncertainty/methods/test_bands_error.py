@@ -55,14 +55,14 @@ def test_what_random_inputs_miss_is_orthogonal():
 
 
 def test_answers_and_verification_have_the_error_at_any_point(surrogate):
-    told = surrogate.diagnostics
-    np.testing.assert_array_equal(expected_error(surrogate, 1.0), told["pointwise_error"])
+    diagnostics = surrogate.diagnostics
+    np.testing.assert_array_equal(expected_error(surrogate, 1.0), diagnostics["pointwise_error"])
     np.testing.assert_allclose(
-        surrogate.bands(3.0)["pointwise_error"], np.sqrt(5) * told["pointwise_error"]
+        surrogate.bands(3.0)["pointwise_error"], np.sqrt(5) * diagnostics["pointwise_error"]
     )
     assert fb.verify(surrogate, rising, runs=64).verification.attrs["confirmed"] == "yes"
-    found = fb.analysis.failure_probability(surrogate, fb.Limit(below=2.0))
-    assert found.attrs["error"] == "pointwise_error"
+    probabilities = fb.analysis.failure_probability(surrogate, fb.Limit(below=2.0))
+    assert probabilities.attrs["error"] == "pointwise_error"
 
 
 def test_bands_of_a_part_have_the_error_at_any_point(surrogate):
@@ -90,16 +90,18 @@ def test_many_variables_and_outputs_that_nothing_is_missed_of():
 
 def test_one_run_of_four_tells_what_is_missed_at_one_time():
     """A narrow bump is met by one of the runs alone; its square is a quarter of the mean square."""
-    held = generic_points(0, HELD, 1, [HERMITE])[1][:, 0]
-    alone = held[np.argmax(np.abs(held[:, None] - held + 9 * np.eye(HELD)).min(axis=1))]
+    interval_values = generic_points(0, HELD, 1, [HERMITE])[1][:, 0]
+    place = interval_values[
+        np.argmax(np.abs(interval_values[:, None] - interval_values + 9 * np.eye(HELD)).min(axis=1))
+    ]
 
     def bumped(e, x):
-        return (0.1 * (x + e) + np.exp(-(((e - alone) / 0.02) ** 2)))[:, None] * NUMBER
+        return (0.1 * (x + e) + np.exp(-(((e - place) / 0.02) ** 2)))[:, None] * NUMBER
 
-    found = fb.expand(bumped, INPUTS, fb.methods.PhaseResolvedPCCI(1, 1))
-    error = float(found.bands()["pointwise_error"][0])
-    missed = np.abs(found.held_out.missed[:, 0, 0])
-    assert np.sort(missed)[-2] < 0.01
-    assert missed.max() > 0.9
-    assert error == pytest.approx(AT_ONE_TIME * missed.max() / 2, rel=1e-6)
+    expansion = fb.expand(bumped, INPUTS, fb.methods.PhaseResolvedPCCI(1, 1))
+    error = float(expansion.bands()["pointwise_error"][0])
+    errors = np.abs(expansion.held_out.missed[:, 0, 0])
+    assert np.sort(errors)[-2] < 0.01
+    assert errors.max() > 0.9
+    assert error == pytest.approx(AT_ONE_TIME * errors.max() / 2, rel=1e-6)
     assert 2 * error > 1.0

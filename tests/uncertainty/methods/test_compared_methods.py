@@ -46,10 +46,10 @@ def test_perturbation_does_not_see_curvature_but_tells_of_it():
     assert float(bands["truncation"]) >= 2 * 0.25  # the largest error of the mean
     exact = fb.propagate(lambda xi, x: x * xi**2, inputs, fb.ImprovedPCCI(2, 1))
     np.testing.assert_allclose(exact["mean"], [0.25, 0.5])
-    off = fb.propagate(ishigami, ISHIGAMI, fb.methods.PerturbationChebyshev(4))
-    np.testing.assert_allclose(off["mean"], 0.0, atol=1e-9)  # instead of 3.5
+    linearization = fb.propagate(ishigami, ISHIGAMI, fb.methods.PerturbationChebyshev(4))
+    np.testing.assert_allclose(linearization["mean"], 0.0, atol=1e-9)  # instead of 3.5
     slope = (1 + 0.1 * np.pi**4) * np.sin(0.1 * np.pi / 3**0.5) / (0.1 * np.pi / 3**0.5)
-    np.testing.assert_allclose(off["error_bar"][1], slope * np.pi / 3**0.5, rtol=1e-9)
+    np.testing.assert_allclose(linearization["error_bar"][1], slope * np.pi / 3**0.5, rtol=1e-9)
 
 
 def test_perturbation_without_random_inputs_is_the_chebyshev_interval_method():
@@ -63,10 +63,10 @@ def test_perturbation_without_random_inputs_is_the_chebyshev_interval_method():
 @pytest.mark.parametrize(("dimension", "order", "q"), [(3, 4, 1.0), (4, 5, 0.5), (2, 0, 1.0)])
 def test_terms_of_bounded_order(dimension, order, q):
     grid = np.array(list(itertools.product(range(order + 1), repeat=dimension)))
-    kept = grid[(grid**q * (grid > 0)).sum(axis=1) <= order**q + 1e-9]
-    found = bounded_terms(dimension, order, q, 1000)
-    assert not found[0].any()
-    assert sorted(map(tuple, found.tolist())) == sorted(map(tuple, kept.tolist()))
+    expected = grid[(grid**q * (grid > 0)).sum(axis=1) <= order**q + 1e-9]
+    result = bounded_terms(dimension, order, q, 1000)
+    assert not result[0].any()
+    assert sorted(map(tuple, result.tolist())) == sorted(map(tuple, expected.tolist()))
 
 
 def test_regression_is_exact_for_polynomials_of_its_order(tmp_path):
@@ -83,13 +83,13 @@ def test_regression_is_exact_for_polynomials_of_its_order(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("order", "q", "allowed"), [(6, 1.0, 3.0), (10, 1.0, 5e-3), (12, 0.75, 5e-3)]
+    ("order", "q", "tolerance"), [(6, 1.0, 3.0), (10, 1.0, 5e-3), (12, 0.75, 5e-3)]
 )
-def test_regression_converges_and_expects_no_less_than_its_error(order, q, allowed):
+def test_regression_converges_and_expects_no_less_than_its_error(order, q, tolerance):
     bands = fb.propagate(ishigami, ISHIGAMI, fb.methods.RegressionPCCI(order, q))
-    off = np.abs(bands["mean"] - 3.5), np.abs(bands["error_bar"] - [-4.488026, 11.488026])
-    assert float(np.max(off)) < allowed
-    assert float(np.max(off)) < 5 * float(bands["error_bar_expected_error"])
+    errors = np.abs(bands["mean"] - 3.5), np.abs(bands["error_bar"] - [-4.488026, 11.488026])
+    assert float(np.max(errors)) < tolerance
+    assert float(np.max(errors)) < 5 * float(bands["error_bar_expected_error"])
     assert bool(bands["trusted"])
 
 
@@ -100,12 +100,12 @@ def test_regression_that_misses_most_is_not_trusted():
 
 
 def test_seeds_of_regression_are_other_points():
-    first, same, other = (
+    first, second, third = (
         fb.propagate(ishigami, ISHIGAMI, fb.methods.RegressionPCCI(3, seed=seed))
         for seed in (1, 1, 2)
     )
-    assert first.equals(same)
-    assert not np.allclose(first["mean"], other["mean"])
+    assert first.equals(second)
+    assert not np.allclose(first["mean"], third["mean"])
 
 
 def test_sobol_points_are_more_accurate_than_a_latin_hypercube():
@@ -144,7 +144,7 @@ def test_bad_options(method, message):
 
 
 def test_too_many_terms_and_too_few_runs():
-    many = {f"x{i}": fb.Interval(0, 1) for i in range(40)}
+    forty_inputs = {f"x{i}": fb.Interval(0, 1) for i in range(40)}
 
     def total(**x):
         return sum(x.values())
@@ -152,10 +152,10 @@ def test_too_many_terms_and_too_few_runs():
     with pytest.raises(
         fb.errors.InputError, match="more than 5000 terms in 40 variables; choose a lower"
     ):
-        fb.propagate(total, many, fb.methods.RegressionPCCI(4))
-    one = {"x": fb.Interval(0, 1)}  # a third of the points are at its two ends
+        fb.propagate(total, forty_inputs, fb.methods.RegressionPCCI(4))
+    one_input = {"x": fb.Interval(0, 1)}  # a third of the points are at its two ends
     with pytest.raises(fb.errors.InputError, match="cannot determine 13 terms; choose a larger"):
-        fb.propagate(lambda x: x, one, fb.methods.RegressionPCCI(12, oversampling=1.01))
+        fb.propagate(lambda x: x, one_input, fb.methods.RegressionPCCI(12, oversampling=1.01))
 
 
 def many_inputs(random, intervals):
@@ -186,16 +186,18 @@ def test_compare_refuses_a_reference_and_leaves_out_methods_with_too_many_runs()
     with pytest.raises(fb.errors.InputError, match="--samples 100 --points 3"):
         compare(study, fb.LHSScanning(), [fb.PCCI(1, 1)])
     reference = fb.LHSScanning(16, 2)
-    assert [type(one).__name__ for one in usual_methods(study, reference, [(1, 4), (2, 4)])] == [
+    assert [
+        type(method).__name__ for method in usual_methods(study, reference, [(1, 4), (2, 4)])
+    ] == [
         *2 * ["PCCI"], *2 * ["ImprovedPCCI"], "PhaseResolvedPCCI", "AdaptivePCCI",
         "RegressionPCCI", "PerturbationChebyshev", "SobolScanning", "MonteCarlo",
     ]  # fmt: skip
     methods = [fb.PCCI(1, 5), fb.methods.RegressionPCCI(1), fb.methods.PerturbationChebyshev(1)]
     with pytest.warns(fb.errors.FlexbandWarning, match=r"left out: PCCI.* would take 1119744 runs"):
         results = compare(study, reference, methods)
-    assert [one.runs for one in results] == [16 * 2**7, 20, 5 * 2**7]
-    for one in results[1:]:
-        assert float(one.errors["mean"]) < 0.05
+    assert [result.runs for result in results] == [16 * 2**7, 20, 5 * 2**7]
+    for result in results[1:]:
+        assert float(result.errors["mean"]) < 0.05
 
 
 def test_choices_are_compared_too():
@@ -203,8 +205,8 @@ def test_choices_are_compared_too():
     study = fb.Study(lambda x, a, c: c * (x + a), inputs, fb.AdaptivePCCI())
     reference = fb.LHSScanning(1000, 2)
     methods = usual_methods(study, reference, [(1, 1)])
-    _, *found = compare(study, reference, methods)
-    assert len(found) == len(methods)
-    for one in found:
-        np.testing.assert_allclose(one.bands["error_bar"], [-3.0, 6.0], atol=0.3)
-    assert found[0].runs == 2 * 4
+    _, *results = compare(study, reference, methods)
+    assert len(results) == len(methods)
+    for result in results:
+        np.testing.assert_allclose(result.bands["error_bar"], [-3.0, 6.0], atol=0.3)
+    assert results[0].runs == 2 * 4

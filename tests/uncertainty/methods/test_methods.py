@@ -50,12 +50,12 @@ def decay(amplitude, rate):
 def test_decay(method, tolerance, runs):
     inputs = {"amplitude": fb.Normal(1.5, 0.2), "rate": fb.Interval(0.1, 0.2)}
     bands = fb.propagate(decay, inputs, method)
-    slow = np.exp(-0.1 * TIME)
-    fast = np.exp(-0.2 * TIME)
-    np.testing.assert_allclose(bands["mean"], [1.5 * fast, 1.5 * slow], atol=tolerance)
-    np.testing.assert_allclose(bands["error_bar"], [1.3 * fast, 1.7 * slow], atol=tolerance)
-    np.testing.assert_allclose(bands["error_bar_lower"], [1.3 * fast, 1.3 * slow], atol=tolerance)
-    np.testing.assert_allclose(bands["error_bar_upper"], [1.7 * fast, 1.7 * slow], atol=tolerance)
+    upper = np.exp(-0.1 * TIME)
+    lower = np.exp(-0.2 * TIME)
+    np.testing.assert_allclose(bands["mean"], [1.5 * lower, 1.5 * upper], atol=tolerance)
+    np.testing.assert_allclose(bands["error_bar"], [1.3 * lower, 1.7 * upper], atol=tolerance)
+    np.testing.assert_allclose(bands["error_bar_lower"], [1.3 * lower, 1.3 * upper], atol=tolerance)
+    np.testing.assert_allclose(bands["error_bar_upper"], [1.7 * lower, 1.7 * upper], atol=tolerance)
     np.testing.assert_allclose(bands["mean_at"].isel(input=0)[:, 1:].T, [[0.2, 0.1]] * 20)
     assert bands.attrs["runs"] == runs + 1  # one run is made again
 
@@ -103,16 +103,17 @@ def test_an_expansion_that_fails_says_so():
     }
     exact_mean = [-0.78237570, 0.80775274]
     exact_bar = [-1.05516588, 1.05516695]
-    rough = fb.propagate(wave, inputs, fb.ImprovedPCCI(2, 2))
-    off = max(
-        np.abs(rough["mean"] - exact_mean).max(), np.abs(rough["error_bar"] - exact_bar).max()
+    low_order = fb.propagate(wave, inputs, fb.ImprovedPCCI(2, 2))
+    error = max(
+        np.abs(low_order["mean"] - exact_mean).max(),
+        np.abs(low_order["error_bar"] - exact_bar).max(),
     )
-    assert off > 0.05
-    assert rough["truncation"] > off / 2
-    fine = fb.propagate(wave, inputs, fb.ImprovedPCCI(12, 12))
-    np.testing.assert_allclose(fine["mean"], exact_mean, atol=1e-5)
-    np.testing.assert_allclose(fine["error_bar"], exact_bar, atol=1e-4)
-    assert fine["truncation"] < 1e-3
+    assert error > 0.05
+    assert low_order["truncation"] > error / 2
+    high_order = fb.propagate(wave, inputs, fb.ImprovedPCCI(12, 12))
+    np.testing.assert_allclose(high_order["mean"], exact_mean, atol=1e-5)
+    np.testing.assert_allclose(high_order["error_bar"], exact_bar, atol=1e-4)
+    assert high_order["truncation"] < 1e-3
 
 
 coefficient = st.floats(-2, 2).map(lambda x: round(x, 3))
@@ -139,10 +140,10 @@ def test_hybrid_polynomials_are_reproduced(c):
             ("mean", [mean.min(), mean.max()]),
             ("error_bar", [(mean - std).min(), (mean + std).max()]),
         ):
-            found = bands[name].values
-            np.testing.assert_allclose(found, exact, atol=1e-5)
-            assert found[0] <= exact[0] + 1e-9  # polished: never worse than the fine scan
-            assert found[1] >= exact[1] - 1e-9
+            bounds = bands[name].values
+            np.testing.assert_allclose(bounds, exact, atol=1e-5)
+            assert bounds[0] <= exact[0] + 1e-9  # polished: never worse than the fine scan
+            assert bounds[1] >= exact[1] - 1e-9
 
 
 @given(st.integers(0, 3), st.integers(0, 3), st.integers(0, 2), st.integers(0, 2))
@@ -184,34 +185,34 @@ def test_order_zero_is_the_midpoint():
 
 def test_samples_are_reproducible_and_stratified():
     inputs = {"x": fb.Normal(0, 1)}
-    seen = []
+    batches = []
 
     def response(x):
         if len(x) > 1:
-            seen.append(x)
+            batches.append(x)
         return x
 
     for seed in (5, 5, 6):
         bands = fb.propagate(response, inputs, fb.LHSScanning(50, 2, seed=seed))
-    mean = seen[-1].mean()
-    std = seen[-1].std(ddof=1)  # Eq. (10)
+    mean = batches[-1].mean()
+    std = batches[-1].std(ddof=1)  # Eq. (10)
     np.testing.assert_allclose(bands["error_bar"], [mean - std, mean + std], rtol=1e-12)
-    np.testing.assert_array_equal(seen[0], seen[1])
-    assert np.any(seen[0] != seen[2])
+    np.testing.assert_array_equal(batches[0], batches[1])
+    assert np.any(batches[0] != batches[2])
     from scipy.special import ndtr  # noqa: PLC0415
 
-    np.testing.assert_array_equal(np.sort(np.floor(50 * ndtr(seen[0]))), np.arange(50))
+    np.testing.assert_array_equal(np.sort(np.floor(50 * ndtr(batches[0]))), np.arange(50))
 
 
 def test_bands_do_not_depend_on_the_batch():
     inputs = {"amplitude": fb.Normal(1.5, 0.2), "rate": fb.Interval(0.1, 0.2)}
-    whole = fb.propagate(decay, inputs, fb.PCCI(3, 3))
-    reported = []
+    reference = fb.propagate(decay, inputs, fb.PCCI(3, 3))
+    reports = []
     parts = fb.propagate(
-        decay, inputs, fb.PCCI(3, 3), batch=5, progress=lambda *done: reported.append(done)
+        decay, inputs, fb.PCCI(3, 3), batch=5, progress=lambda *done: reports.append(done)
     )
-    np.testing.assert_array_equal(whole["mean"], parts["mean"])
-    assert reported == [(0, 17), (5, 17), (10, 17), (15, 17), (16, 17), (17, 17)]
+    np.testing.assert_array_equal(reference["mean"], parts["mean"])
+    assert reports == [(0, 17), (5, 17), (10, 17), (15, 17), (16, 17), (17, 17)]
 
 
 @pytest.mark.parametrize(
@@ -296,10 +297,10 @@ def test_orders_of_each_input_reproduce_a_polynomial_of_these_degrees(data):
     weights = weights / weights.sum()
     mean = weights @ (1 + nodes) ** k["a"] * (weights @ (2 + nodes) ** k["b"])
     square = weights @ (1 + nodes) ** (2 * k["a"]) * (weights @ (2 + nodes) ** (2 * k["b"]))
-    least = 2.0 ** (q["x"] + q["y"])
-    most = 4.0 ** (q["x"] + q["y"])
-    np.testing.assert_allclose(bands["mean"], [mean * least, mean * most], rtol=1e-9)
-    top = (mean + np.sqrt(max(square - mean**2, 0.0))) * most
+    lowest = 2.0 ** (q["x"] + q["y"])
+    highest = 4.0 ** (q["x"] + q["y"])
+    np.testing.assert_allclose(bands["mean"], [mean * lowest, mean * highest], rtol=1e-9)
+    top = (mean + np.sqrt(max(square - mean**2, 0.0))) * highest
     assert float(bands["error_bar"][1]) == pytest.approx(top, rel=1e-6)
 
 
@@ -341,8 +342,8 @@ def test_twenty_intervals_without_a_scan_of_all_vertices():
     a, b = r.uniform(-1, 1, (2, 20, 50))
     index = np.concatenate([np.zeros((1, 20)), np.eye(20), 2 * np.eye(20)]).astype(int)
     terms = np.concatenate([b.sum(axis=0, keepdims=True) / 2, a, b / 2])
-    (found,) = extremes(HybridExpansion((), index, terms), (0.0,))
-    fine = np.linspace(-1, 1, 4001)[:, None, None]
-    values = a * fine + b * fine**2
-    np.testing.assert_allclose(found.values[0], values.min(axis=0).sum(axis=0), atol=1e-5)
-    np.testing.assert_allclose(found.values[1], values.max(axis=0).sum(axis=0), atol=1e-5)
+    (bounds,) = extremes(HybridExpansion((), index, terms), (0.0,))
+    grid = np.linspace(-1, 1, 4001)[:, None, None]
+    values = a * grid + b * grid**2
+    np.testing.assert_allclose(bounds.values[0], values.min(axis=0).sum(axis=0), atol=1e-5)
+    np.testing.assert_allclose(bounds.values[1], values.max(axis=0).sum(axis=0), atol=1e-5)

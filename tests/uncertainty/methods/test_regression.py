@@ -32,9 +32,11 @@ def test_left_out_errors_are_those_of_refits():
     coefficients, left_out = least_squares(A, series)
     np.testing.assert_allclose(coefficients, np.linalg.lstsq(A, series)[0], atol=1e-12)
     for run in range(12):
-        others = np.arange(12) != run
-        refit = np.linalg.lstsq(A[others], series[others])[0]
-        np.testing.assert_allclose(left_out[run], series[run] - A[run] @ refit, atol=1e-12)
+        mask = np.arange(12) != run
+        coefficients_without = np.linalg.lstsq(A[mask], series[mask])[0]
+        np.testing.assert_allclose(
+            left_out[run], series[run] - A[run] @ coefficients_without, atol=1e-12
+        )
 
 
 def test_the_correction_is_that_of_the_terms_taken():
@@ -80,9 +82,9 @@ def test_noise_is_not_fitted():
 def test_points_stay_where_they_are_and_reach_the_ends():
     families = [HERMITE] * 30
     xi, eta = nested_points(100, 5, families)
-    for few in (8, 16, 40):
-        for more, less in zip((xi, eta), nested_points(few, 5, families), strict=True):
-            np.testing.assert_array_equal(more[:few], less)
+    for count in (8, 16, 40):
+        for longer, shorter in zip((xi, eta), nested_points(count, 5, families), strict=True):
+            np.testing.assert_array_equal(longer[:count], shorter)
     assert 0.2 < np.mean(np.abs(eta) == 1) < 0.4
     assert abs(xi.mean()) < 0.02
     assert xi.std() == pytest.approx(1, abs=0.02)
@@ -157,8 +159,8 @@ def test_an_oscillator_whose_frequency_is_a_field():
 
 def test_runs_are_the_same_every_time():
     inputs = normals(30, x=fb.Interval(-1.0, 1.0))
-    one, two = (fb.propagate(ringing, inputs, fb.AdaptivePCCI(max_runs=18)) for _ in range(2))
-    xr.testing.assert_identical(one, two)
+    first, second = (fb.propagate(ringing, inputs, fb.AdaptivePCCI(max_runs=18)) for _ in range(2))
+    xr.testing.assert_identical(first, second)
 
 
 @pytest.mark.filterwarnings("ignore:the response. the bands have no width")

@@ -16,11 +16,11 @@ from tests.uncertainty.adaptive.test_correction import (
     CancellingError,
     StepError,
     jumping,
-    labelled,
     off_by_a_third,
     relative,
     ringing,
     smooth,
+    with_labels,
 )
 
 VALUES = [
@@ -42,13 +42,13 @@ def bands_of(response, method):
 def test_a_known_error_is_corrected_and_what_is_left_of_it_is_expected(method, order):
     response = StepError(smooth(order))
     exact = bands_of(replace(response, h=0.0), fb.AdaptivePCCI(1e-5))
-    plain, bands = (bands_of(response, m) for m in (replace(method, correct=False), method))
-    before = max(relative(plain, exact))
+    uncorrected, bands = (bands_of(response, m) for m in (replace(method, correct=False), method))
+    before = max(relative(uncorrected, exact))
     after = max(relative(bands, exact))
     assert bands.attrs["corrected"] == "step of u0 by values"
     assert after < before / 12
     assert after / 3 < bands.attrs["expected_error"] < max(5 * after, 1e-3)
-    assert "corrected" not in plain.attrs
+    assert "corrected" not in uncorrected.attrs
     assert bands.attrs["runs"] == sum(bands.attrs[f"runs_{kind}"] for kind in KINDS)
 
 
@@ -98,11 +98,11 @@ def test_ringing_is_corrected_by_phases_where_the_method_has_them():
 
 
 def test_a_jump_is_not_corrected():
-    plain = bands_of(StepError(jumping), fb.PCCI(2, 2))
+    uncorrected = bands_of(StepError(jumping), fb.PCCI(2, 2))
     with pytest.warns(FlexbandWarning, match="correct=True corrects nothing"):
         bands = bands_of(StepError(jumping), fb.PCCI(2, 2, correct=True))
     for name in BANDS:
-        np.testing.assert_allclose(bands[name], plain[name], rtol=1e-12)
+        np.testing.assert_allclose(bands[name], uncorrected[name], rtol=1e-12)
 
 
 def test_step_and_elements_are_corrected_at_once():
@@ -119,9 +119,9 @@ def test_step_and_elements_are_corrected_at_once():
 def test_what_compares_runs_with_the_surrogate_corrects_them_as_well(method, tmp_path):
     response = StepError(off_by_a_third)
     surrogate = fb.expand(response, INPUTS, method)
-    verified = fb.verify(surrogate, response).verification
-    assert verified.attrs["confirmed"] == "yes"
-    assert float(verified["missed"].max()) < 1e-6
+    verification = fb.verify(surrogate, response).verification
+    assert verification.attrs["confirmed"] == "yes"
+    assert float(verification["missed"].max()) < 1e-6
     at = np.array([[0.3]]), np.array([[0.5]])
     change = surrogate.standard(*at) - surrogate.uncorrected.standard(*at)
     np.testing.assert_allclose(change, -0.8 * 1.05, atol=1e-9)
@@ -136,7 +136,7 @@ class Unrefined:
     """A response without finer discretizations."""
 
     def __call__(self, x, e):
-        return labelled((x[:, None] + e[:, None] * TIMES,))
+        return with_labels((x[:, None] + e[:, None] * TIMES,))
 
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
@@ -166,11 +166,11 @@ def test_methods_are_compared_on_one_coarse_model():
 
 def falling(length, angle):
     """A pendulum that is released at an angle from the vertical."""
-    turned = angle - np.pi / 2
+    start_angle = angle - np.pi / 2
     return fb.Mechanism(
         bodies={
             "rod": fb.RigidBody.bar(
-                length=length, height=0.02, width=0.02, density=7800.0, angle=turned
+                length=length, height=0.02, width=0.02, density=7800.0, angle=start_angle
             )
         },
         joints={"hinge": fb.Revolute("rod.start", (0.0, 0.0))},
@@ -186,11 +186,11 @@ def test_a_mechanism_with_a_long_step_is_corrected_to_the_converged_one():
     fine = fb.dynamic_response(falling, step=0.02 / 32, **times)
     exact = fb.propagate(fine, inputs, fb.ImprovedPCCI(4, 4))
     method = fb.ImprovedPCCI(3, 3, correct=True)
-    plain, bands = (fb.propagate(coarse, inputs, m) for m in (fb.ImprovedPCCI(3, 3), method))
+    uncorrected, bands = (fb.propagate(coarse, inputs, m) for m in (fb.ImprovedPCCI(3, 3), method))
     width = (exact["error_bar"][1] - exact["error_bar"][0]).mean("time")
     true, before = (
         (abs(b["error_bar"] - exact["error_bar"]).mean("bound").mean("time") / width).values
-        for b in (bands, plain)
+        for b in (bands, uncorrected)
     )
     assert bands.attrs["corrected"].count("by values") == 1
     assert (true < before / 10).all()

@@ -50,8 +50,8 @@ def test_five_runs_follow_twenty_periods(f):
     reference = exact(f)
     bands = fb.propagate(formula(f).response, FORMULA_INPUTS, fb.methods.PhaseResolvedPCCI(1, 1))
     assert bands.attrs["runs"] == 4 + 4 + 2 + 1
-    found = errors(bands, reference)
-    assert max(found) < 0.002
+    deviations = errors(bands, reference)
+    assert max(deviations) < 0.002
     direct = errors(
         fb.propagate(formula(f).response, FORMULA_INPUTS, fb.ImprovedPCCI(1, 1)), reference
     )
@@ -79,13 +79,13 @@ def test_the_error_expected_is_not_below_a_fifth_of_the_true_one(f, order):
         formula(f).response, FORMULA_INPUTS, fb.methods.PhaseResolvedPCCI(order, 1)
     )
     true = errors(bands, reference)
-    told = []
+    estimates = []
     for k, name in enumerate(("mean", "error_bar")):
         size = float(np.abs(reference[name]).mean())
-        told.append(float(bands[f"{name}_expected_error"].mean()) / size)
-        assert told[k] > true[k] / 5 - 1e-5
+        estimates.append(float(bands[f"{name}_expected_error"].mean()) / size)
+        assert estimates[k] > true[k] / 5 - 1e-5
     assert max(true) < 0.2 or f in UNTRUSTED
-    assert not (f in UNTRUSTED and bool(bands["trusted"]) and max(told) < 0.1)
+    assert not (f in UNTRUSTED and bool(bands["trusted"]) and max(estimates) < 0.1)
 
 
 def test_few_runs_of_the_slider_crank_beat_ten_thousand():
@@ -126,8 +126,8 @@ def test_few_runs_of_the_slider_crank_beat_ten_thousand():
         bands = fb.propagate(response, inputs, method)
         assert bands.attrs["runs"] == runs + 1
         for name, limits in (("mean", (0.0075, 0.01)), ("error_bar", (0.009, 0.011))):
-            off = np.abs(bands[name] - reference[name]).sum(("bound", "time"))
-            relative = 100 * off / np.abs(reference[name]).sum(("bound", "time"))
+            deviation = np.abs(bands[name] - reference[name]).sum(("bound", "time"))
+            relative = 100 * deviation / np.abs(reference[name]).sum(("bound", "time"))
             assert np.all(relative.values < limits)
 
 

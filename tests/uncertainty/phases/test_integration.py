@@ -35,10 +35,10 @@ def surrogate():
 
 
 def test_moments_of_a_frequency_that_is_quadratic_in_a_random_input(surrogate):
-    found = surrogate.moments(e=1.0)
+    moments = surrogate.moments(e=1.0)
     exact = exact_moments(1.0)
-    np.testing.assert_allclose(found["mean"].values.ravel(), exact[0], atol=1e-4)
-    np.testing.assert_allclose(found["std"].values.ravel() ** 2, exact[1] ** 2, atol=1e-4)
+    np.testing.assert_allclose(moments["mean"].values.ravel(), exact[0], atol=1e-4)
+    np.testing.assert_allclose(moments["std"].values.ravel() ** 2, exact[1] ** 2, atol=1e-4)
     assert surrogate.diagnostics.attrs["integration_error"] < 1e-4
 
 
@@ -56,9 +56,9 @@ def test_the_second_rule_finds_moments_of_a_rule_that_is_too_coarse(surrogate, m
     assert true.mean() / 2 < claim.mean() < 5 * true.mean()
     assert (true <= 5 * np.maximum(claim, 1e-3 * width)).mean() > 0.98
     assert bands.attrs["integration_error"] <= bands.attrs["expansion_error"]
-    narrowed = coarse.narrowed(e=fb.Interval(0.9995, 1.0005)).bands()
-    of_integration = narrowed["error_bar_integration_error"]
-    assert (narrowed["error_bar_expansion_error"] >= of_integration).all()
+    narrower = coarse.narrowed(e=fb.Interval(0.9995, 1.0005)).bands()
+    of_integration = narrower["error_bar_integration_error"]
+    assert (narrower["error_bar_expansion_error"] >= of_integration).all()
 
 
 @pytest.mark.parametrize("cv", [0.1, 0.5])
@@ -73,14 +73,14 @@ def test_moments_of_a_frequency_with_a_lognormal_factor(cv):
         values = np.cos(2 * np.pi * e * (1 + 0.05 * np.tanh(f - 1)) * time)
         return xr.DataArray(values, {"time": time}, ("sample", "time"))
 
-    found = fb.expand(wave, inputs, fb.AdaptivePCCI(0.01))
+    expansion = fb.expand(wave, inputs, fb.AdaptivePCCI(0.01))
     z = np.linspace(-8, 8, 4001)
     s = np.sqrt(np.log1p(cv**2))
     weights = np.exp(-z * z / 2) / np.exp(-z * z / 2).sum()
     values = wave(np.exp(s * z - s * s / 2), np.ones_like(z)).values
     mean = weights @ values
-    moments = found.moments(e=1.0)
-    bands = found.bands()
+    moments = expansion.moments(e=1.0)
+    bands = expansion.bands()
     error = np.abs(moments["mean"].values.ravel() - mean).mean()
     width = float((bands["error_bar"][1] - bands["error_bar"][0]).mean())
     assert error < 2 * bands.attrs["expected_error"] * width

@@ -44,10 +44,10 @@ def one_wave(slopes, times, interval=0.3, bend=0.0):
     n = len(slopes)
     index = np.concatenate([np.eye(n + 2, n + 1, -1), np.eye(1, n + 1, 1) * 2]).astype(int)
     phase = np.outer([10.0, interval, *slopes, bend], times)
-    one = np.zeros((len(index), 1, len(times)))
-    envelope = one.copy()
+    zeros = np.zeros((len(index), 1, len(times)))
+    envelope = zeros.copy()
     envelope[0] = 1.0
-    return surrogate(index, [phase], [envelope], one, [HERMITE] * n)
+    return surrogate(index, [phase], [envelope], zeros, [HERMITE] * n)
 
 
 def moments_of_a_wave(size, times, interval=0.3, bend=0.0, first=0.0):
@@ -67,43 +67,43 @@ def moments_of_a_wave(size, times, interval=0.3, bend=0.0, first=0.0):
     return mean, np.sqrt(np.maximum(0.5 * (1 + average(2).real) - mean**2, 0.0))
 
 
-def check(found, mean, std, limit):
-    for c, own in zip(SIGMAS, found, strict=True):
+def check(results, mean, std, limit):
+    for c, result in zip(SIGMAS, results, strict=True):
         values = mean + c * std
-        np.testing.assert_allclose(own.values[0, 0], values.min(axis=0), atol=limit)
-        np.testing.assert_allclose(own.values[1, 0], values.max(axis=0), atol=limit)
+        np.testing.assert_allclose(result.values[0, 0], values.min(axis=0), atol=limit)
+        np.testing.assert_allclose(result.values[1, 0], values.max(axis=0), atol=limit)
 
 
 def test_a_wave_until_its_phase_is_lost():
     """E cos = e^{−s²t²/2} cos ω₀t, from no scatter of the phase to 60 rad."""
     times = np.linspace(0.0, 200.0, 200)
-    found = one_wave([0.3], times).extremes(SIGMAS)
-    check(found, *moments_of_a_wave(0.3, times), 3e-5)
+    results = one_wave([0.3], times).extremes(SIGMAS)
+    check(results, *moments_of_a_wave(0.3, times), 3e-5)
 
 
 def test_where_the_phase_is_lost_few_points_are_enough(monkeypatch):
-    def none(*_):
+    def refuse(*_):
         pytest.fail("there is nothing to resolve")
 
-    monkeypatch.setattr(terms, "by_points", none)
+    monkeypatch.setattr(terms, "by_points", refuse)
     times = np.linspace(30.0, 200.0, 100)
-    found = one_wave([0.3], times).extremes(SIGMAS)
-    check(found, *moments_of_a_wave(0.3, times), 1e-7)
+    results = one_wave([0.3], times).extremes(SIGMAS)
+    check(results, *moments_of_a_wave(0.3, times), 1e-7)
 
 
 @pytest.mark.parametrize("bend", [0.0, 0.05])
 def test_a_wave_whose_phase_moves_with_six_random_variables(bend, monkeypatch):
     """Along the saddle the integrals are exact, phases that are bent included."""
-    used = []
+    calls = []
     saddles = terms.by_saddles
-    monkeypatch.setattr(terms, "by_saddles", lambda *a: (used.append(1), saddles(*a)))
+    monkeypatch.setattr(terms, "by_saddles", lambda *a: (calls.append(1), saddles(*a)))
     monkeypatch.setattr(terms, "resolving_rule", lambda *_: None)
     slopes = np.array([0.3, 0.2, -0.2, 0.1, 0.1, 0.05])
     times = np.linspace(0.0, 12.0, 20)
-    found = one_wave(slopes, times, bend=bend).extremes(SIGMAS)
+    results = one_wave(slopes, times, bend=bend).extremes(SIGMAS)
     size = np.linalg.norm(slopes)
-    check(found, *moments_of_a_wave(size, times, bend=bend, first=slopes[0]), 3e-5)
-    assert used
+    check(results, *moments_of_a_wave(size, times, bend=bend, first=slopes[0]), 3e-5)
+    assert calls
 
 
 @pytest.mark.parametrize("n", [4, 9])
@@ -114,11 +114,11 @@ def test_products_of_variables_count_along_saddles(n, monkeypatch):
     index = np.array([row for row in np.ndindex(*[3] * n) if sum(row) <= 2])
     base, envelope = 0.3 * r.standard_normal((2, len(index), 1, 8))
     phase = np.where(index.sum(axis=1)[:, None], 1e-6, r.uniform(0, 6, 8))
-    found = surrogate(index, [phase], [envelope], base, [HERMITE] * n)
-    mean, std = (v[0, 0] for v in found.moments(np.zeros((1, 0))))
-    own = (base + envelope * np.cos(phase[0]))[:, 0]
-    square = found.parts.norms[found.parts.j, None] * own**2
-    np.testing.assert_allclose(mean, own[0], rtol=1e-4)
+    expansion = surrogate(index, [phase], [envelope], base, [HERMITE] * n)
+    mean, std = (v[0, 0] for v in expansion.moments(np.zeros((1, 0))))
+    coefficients = (base + envelope * np.cos(phase[0]))[:, 0]
+    square = expansion.parts.norms[expansion.parts.j, None] * coefficients**2
+    np.testing.assert_allclose(mean, coefficients[0], rtol=1e-4)
     np.testing.assert_allclose(std, np.sqrt(square[index.any(axis=1)].sum(axis=0)), rtol=1e-4)
 
 
@@ -128,10 +128,10 @@ def test_no_average_of_a_wave_is_larger_than_the_wave(monkeypatch):
     r = np.random.default_rng(0)
     index = np.array([row for row in np.ndindex(2, 5, 5, 5) if sum(row) <= 4])
     phase = r.standard_normal((len(index), 60)) * 0.5 ** index.sum(axis=1)[:, None]
-    one = np.zeros((len(index), 1, 60))
-    envelope = one.copy()
+    zeros = np.zeros((len(index), 1, 60))
+    envelope = zeros.copy()
     envelope[0] = 1.0
-    mean, std = surrogate(index, [phase], [envelope], one, [HERMITE] * 3).moments(FINE[::4000])
+    mean, std = surrogate(index, [phase], [envelope], zeros, [HERMITE] * 3).moments(FINE[::4000])
     assert np.abs(mean).max() < 1.1
     assert std.max() < 1.1
 
@@ -149,15 +149,15 @@ def test_smooth_moments_have_the_polynomials_that_they_need(seed):
 
     phases = [part(2.0)[:, 0], part(1.0)[:, 0]]
     s = surrogate(index, phases, [part(1.0), part(0.5)], part(0.5), [HERMITE] * 2)
-    own = terms.PartTerms.from_expansion(s.parts, s.columns)
-    own_polynomials = MomentPolynomials.from_index(*moment_orders([own]))
+    part_terms = terms.PartTerms.from_expansion(s.parts, s.columns)
+    own_polynomials = MomentPolynomials.from_index(*moment_orders([part_terms]))
     polynomials = own_polynomials.expansion
-    smooth = own_polynomials.coefficients(own)
+    smooth = own_polynomials.coefficients(part_terms)
     eta = r.uniform(-1, 1, (40, 2))
-    true = own.table(eta)
-    found = polynomials.chebyshev(eta)[:, polynomials.i] @ smooth
+    true = part_terms.table(eta)
+    values = polynomials.chebyshev(eta)[:, polynomials.i] @ smooth
     variation = np.ptp(true, axis=1, keepdims=True).max(axis=(0, 2))
-    assert np.abs(found - true).max() < 1e-4 * variation
+    assert np.abs(values - true).max() < 1e-4 * variation
     assert len(polynomials.index) <= 160
 
 
@@ -165,8 +165,10 @@ def ten_inputs(times, seed=0):
     """Return a response of 5 η and 5 ξ: two carriers, two outputs, terms of order 2, few mixed."""
     r = np.random.default_rng(seed)
     single = [k * row for row in np.eye(10, dtype=int) for k in (1, 2)]
-    mixed = [np.eye(10, dtype=int)[[a, b]].sum(axis=0) for a, b in ((0, 5), (1, 6), (0, 1), (5, 7))]
-    index = np.array([np.zeros(10, int), *single, *mixed])
+    products = [
+        np.eye(10, dtype=int)[[a, b]].sum(axis=0) for a, b in ((0, 5), (1, 6), (0, 1), (5, 7))
+    ]
+    index = np.array([np.zeros(10, int), *single, *products])
     total = index.sum(axis=1)
     size = np.where(total == 0, 1.0, np.where(total == 1, 0.15, 0.02))
 
@@ -176,9 +178,9 @@ def ten_inputs(times, seed=0):
         )
         return scale * size[:, None, None] * terms
 
-    def phase(rate, moved):
-        alone = index @ np.array([v in moved for v in range(10)]) == total
-        strength = np.where(total == 0, rate, np.where(total == 1, 5.0, 0.15) * alone)
+    def phase(rate, variables):
+        pure = index @ np.array([v in variables for v in range(10)]) == total
+        strength = np.where(total == 0, rate, np.where(total == 1, 5.0, 0.15) * pure)
         return strength[:, None] * times * np.where(total[:, None] > 0, r.uniform(0.3, 1), 1.0)
 
     phases = [phase(60.0, (0, 1, 5, 6)), phase(97.0, (0, 5, 7))]
@@ -188,23 +190,23 @@ def ten_inputs(times, seed=0):
 def test_ten_inputs_against_brute_force():
     """At the places that are found the moments are right, and nowhere do samples go beyond."""
     s = ten_inputs(np.linspace(0.0, 1.0, 12))
-    found = s.extremes(SIGMAS)
-    width = found[2].values[1] - found[1].values[0]
+    results = s.extremes(SIGMAS)
+    width = results[2].values[1] - results[1].values[0]
     xi = ndtri(qmc.Sobol(5, rng=np.random.default_rng(1)).random(2**13))
-    for c, own in zip(SIGMAS, found, strict=True):
+    for c, result in zip(SIGMAS, results, strict=True):
         for side in (0, 1):
             for k in range(0, 24, 5):
                 at = k // 12, k % 12
-                eta = np.tile(own.places[side][at], (len(xi), 1))
-                one = s.select(np.array([at[0]]), slice(at[1], at[1] + 1))
-                F = one.evaluate(xi, eta).ravel()
-                assert abs(F.mean() + c * F.std() - own.values[side][at]) < 0.004 * width[at]
+                eta = np.tile(result.places[side][at], (len(xi), 1))
+                series = s.select(np.array([at[0]]), slice(at[1], at[1] + 1))
+                F = series.evaluate(xi, eta).ravel()
+                assert abs(F.mean() + c * F.std() - result.values[side][at]) < 0.004 * width[at]
     for eta in 2 * qmc.Sobol(5, rng=np.random.default_rng(2)).random(128) - 1:
         F = s.evaluate(xi[:1024], np.tile(eta, (1024, 1)))
-        for c, own in zip(SIGMAS, found, strict=True):
+        for c, result in zip(SIGMAS, results, strict=True):
             value = F.mean(axis=0) + c * F.std(axis=0)
-            assert np.all(own.values[0] < value + 0.02 * width)
-            assert np.all(own.values[1] > value - 0.02 * width)
+            assert np.all(result.values[0] < value + 0.02 * width)
+            assert np.all(result.values[1] > value - 0.02 * width)
 
 
 def test_bounds_do_not_depend_on_the_number_of_threads(monkeypatch):
@@ -212,13 +214,13 @@ def test_bounds_do_not_depend_on_the_number_of_threads(monkeypatch):
     options = terms.MOMENTS._replace(min_block_times=4)
     monkeypatch.setattr(terms, "MOMENTS", options)
     s = ten_inputs(np.linspace(0.0, 1.0, 12))
-    found = []
+    by_cores = []
     for cores in (1, 3):
         monkeypatch.setattr("os.cpu_count", lambda cores=cores: cores)
-        found.append(s.extremes(SIGMAS))
-    for one, other in zip(*found, strict=True):
-        np.testing.assert_array_equal(one.values, other.values)
-        np.testing.assert_array_equal(one.places, other.places)
+        by_cores.append(s.extremes(SIGMAS))
+    for first, second in zip(*by_cores, strict=True):
+        np.testing.assert_array_equal(first.values, second.values)
+        np.testing.assert_array_equal(first.places, second.places)
 
 
 def test_runs_are_what_base_and_carriers_add_up_to():
@@ -237,8 +239,8 @@ def test_windows_are_split_by_weighted_least_squares():
     F = rng.standard_normal((9, 2, 90))
     psi = np.cumsum(0.3 + rng.random((9, 90)), axis=1)
     at = np.array([0, 4, 45, 89])
-    whole = np.linspace(-1, 1, 2 * half + 1)
-    ridge = 1e-9 * np.sum((1 - whole**2) ** 2 + 1e-3)
+    window = np.linspace(-1, 1, 2 * half + 1)
+    ridge = 1e-9 * np.sum((1 - window**2) ** 2 + 1e-3)
     envelope, share = split(F, psi, at, half, 2)
     for r, (k, t) in itertools.product((0, 8), enumerate(at)):
         times = np.arange(max(0, t - half), min(90, t + half + 1))
@@ -260,16 +262,16 @@ def test_a_carriers_phase_and_envelope_are_found():
     """F = slow + A(t) cos φ(t) with smooth A and φ, two outputs of opposite sign."""
     phase = TAU * (1.02 * TIMES + 0.002 * TIMES**2)
     amplitude = 1.0 - 0.02 * TIMES
-    one = amplitude * np.cos(phase)
-    F = np.stack([0.1 * TIMES**2 / 20 + one, 3.0 - 2.0 * one])[None]
+    oscillation = amplitude * np.cos(phase)
+    F = np.stack([0.1 * TIMES**2 / 20 + oscillation, 3.0 - 2.0 * oscillation])[None]
     ramp = (TAU * TIMES)[None]
     carrier = track(F, 0.02, 1.0, ramp, np.ones(2), 3)
     assert carrier is not None
-    own = carrier.envelope[0] * np.exp(1j * carrier.phase[0])
+    signal = carrier.envelope[0] * np.exp(1j * carrier.phase[0])
     analytic = amplitude * np.exp(1j * phase)
     inner = slice(100, -100)
-    np.testing.assert_allclose(own[0, inner], analytic[inner], atol=2e-3)
-    np.testing.assert_allclose(own[1, inner], -2 * analytic[inner], atol=4e-3)
+    np.testing.assert_allclose(signal[0, inner], analytic[inner], atol=2e-3)
+    np.testing.assert_allclose(signal[1, inner], -2 * analytic[inner], atol=4e-3)
 
 
 @given(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
@@ -291,17 +293,17 @@ def test_the_least_value_of_a_bowl_is_found_between_the_points(a, b):
     np.testing.assert_allclose(places[0, 0, 0], (a, b), atol=1e-4)
 
 
-@pytest.mark.parametrize("others", [HERMITE, LEGENDRE])
-def test_a_rule_along_axes_has_exact_expectations_of_a_wave(others):
-    families = (HERMITE, others, others)
+@pytest.mark.parametrize("family", [HERMITE, LEGENDRE])
+def test_a_rule_along_axes_has_exact_expectations_of_a_wave(family):
+    families = (HERMITE, family, family)
     slope = np.array([2.0, 0.15, 0.1])
     xi, weights = axis_rule(PhaseChange(families, np.array([2, 2, 2]), slope, slope[None]))
     assert len(weights) < 600
     assert weights.sum() == pytest.approx(1.0)
-    own = np.exp(-(slope**2) / 2) if others == HERMITE else np.sinc(slope / np.pi)
-    own[0] = np.exp(-(slope[0] ** 2) / 2)
-    assert weights @ np.cos(xi @ slope) == pytest.approx(own.prod(), abs=2e-5)
-    square = 1.0 if others == HERMITE else 1 / 3
+    factors = np.exp(-(slope**2) / 2) if family == HERMITE else np.sinc(slope / np.pi)
+    factors[0] = np.exp(-(slope[0] ** 2) / 2)
+    assert weights @ np.cos(xi @ slope) == pytest.approx(factors.prod(), abs=2e-5)
+    square = 1.0 if family == HERMITE else 1 / 3
     for moment, exact in (
         (xi[:, 1] ** 2 * xi[:, 2] ** 2, square**2),
         (xi[:, 0] ** 2 * xi[:, 1] ** 2, square),

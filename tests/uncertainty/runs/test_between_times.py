@@ -40,11 +40,11 @@ def coarse():
 
 def test_what_is_between_the_times_is_that_of_the_closed_form(coarse):
     bands = coarse.bands().sel(output="m_X")
-    least = np.minimum(np.cos(2.0), np.cos(4.0))
+    lowest = np.minimum(np.cos(2.0), np.cos(4.0))
     below = [bands[f"below_between{kind}"].values for kind in ("", "_least")]
     assert np.array(below)[:, [0, 2]] == pytest.approx(0.0, abs=1e-9)
-    assert below[0][1] == pytest.approx(1.02 * (1 + least), rel=0.01)
-    assert below[1][1] == pytest.approx(0.98 * (1 + least), rel=0.01)
+    assert below[0][1] == pytest.approx(1.02 * (1 + lowest), rel=0.01)
+    assert below[1][1] == pytest.approx(0.98 * (1 + lowest), rel=0.01)
     assert bands["above_between"].values == pytest.approx(0.0, abs=1e-9)
     assert bands.attrs["runs_between"] == 8
     xr.testing.assert_identical(coarse.bands(), fb.propagate(response(0.1), INPUTS, METHOD))
@@ -54,12 +54,12 @@ def test_what_is_between_the_times_is_that_of_the_closed_form(coarse):
     ("above", "verdict"), [(-0.95, "not kept"), (-1.015, "undecided"), (-1.1, "kept")]
 )
 def test_limits_hold_between_the_times_too(coarse, above, verdict):
-    checked = fb.analysis.check_limits(coarse, fb.Limit("m_X", above=above))
-    assert float(checked["least_margin"][0]) > 0.2  # at the times
-    assert checked["verdict"].values.tolist() == [verdict]
-    assert float(checked["margin_between"][0]) == pytest.approx(-1.02 - above, abs=0.02)
-    told = "m between the output times, after 0.1 s"
-    assert (told in checked.attrs["verdict"]) == (verdict != "kept")
+    margins = fb.analysis.check_limits(coarse, fb.Limit("m_X", above=above))
+    assert float(margins["least_margin"][0]) > 0.2  # at the times
+    assert margins["verdict"].values.tolist() == [verdict]
+    assert float(margins["margin_between"][0]) == pytest.approx(-1.02 - above, abs=0.02)
+    text = "m between the output times, after 0.1 s"
+    assert (text in margins.attrs["verdict"]) == (verdict != "kept")
 
 
 def test_times_that_are_not_limited_are_left_out(coarse):
@@ -71,19 +71,19 @@ def test_saved_and_narrowed_surrogates_know_it_too(coarse, tmp_path):
     file = tmp_path / "surrogate.npz"
     fb.save_surrogate(coarse, file)
     limit = fb.Limit("m_X", above=-0.95)
-    for one in (fb.load_surrogate(file), coarse.narrowed(stiffness=400.0)):
-        assert fb.analysis.check_limits(one, limit)["verdict"].values.tolist() == ["not kept"]
+    for surrogate in (fb.load_surrogate(file), coarse.narrowed(stiffness=400.0)):
+        assert fb.analysis.check_limits(surrogate, limit)["verdict"].values.tolist() == ["not kept"]
 
 
 def test_with_choices_it_is_that_of_all_options():
     def ballasted(amplitude, ballast):
         return oscillator(amplitude * np.where(ballast == "some", 0.5, 1.0), OMEGA**2)
 
-    own = fb.dynamic_response(ballasted, duration=0.2, step=1e-3, output_step=0.1)
+    model = fb.dynamic_response(ballasted, duration=0.2, step=1e-3, output_step=0.1)
     inputs = {"amplitude": fb.Interval(0.98, 1.02), "ballast": fb.Choice("none", "some")}
-    surrogate = fb.expand(own, inputs, METHOD)
-    checked = fb.analysis.check_limits(surrogate, fb.Limit("m_X", above=-0.95))
-    assert checked["verdict"].values.tolist() != ["kept"]
+    surrogate = fb.expand(model, inputs, METHOD)
+    margins = fb.analysis.check_limits(surrogate, fb.Limit("m_X", above=-0.95))
+    assert margins["verdict"].values.tolist() != ["kept"]
     assert surrogate.bands().attrs["runs_between"] == 16
 
 
@@ -101,29 +101,32 @@ def test_a_remark_tells_what_the_bands_do_not_show(coarse):
 class Sampled:
     """A cosine at some times, with more of them, or with wrong ones."""
 
-    def __init__(self, times, more=None):
+    def __init__(self, times, dense_times=None):
         self.times = times
-        self.more = more
+        self.dense_times = dense_times
 
     def __call__(self, amplitude):
         return np.outer(amplitude, np.cos(OMEGA * self.times))
 
     def at_more_times(self):
-        return None if self.more is None else Sampled(self.more)
+        return None if self.dense_times is None else Sampled(self.dense_times)
 
 
 @pytest.mark.parametrize(
-    ("more", "warned"), [(np.linspace(0, 0.2, 4), 1), (np.linspace(0, 0.2, 41), 0), (None, 0)]
+    ("dense_times", "warning_count"),
+    [(np.linspace(0, 0.2, 4), 1), (np.linspace(0, 0.2, 41), 0), (None, 0)],
 )
-def test_a_response_of_ones_own_may_tell_more_times(more, warned):
-    own = Sampled(np.linspace(0, 0.2, 3), more)
+def test_a_response_of_ones_own_may_tell_more_times(dense_times, warning_count):
+    model = Sampled(np.linspace(0, 0.2, 3), dense_times)
     inputs = {"amplitude": fb.Interval(0.98, 1.02)}
-    with warnings.catch_warnings(record=True) as caught:
+    with warnings.catch_warnings(record=True) as records:
         warnings.simplefilter("always")
-        bands = fb.propagate(own, inputs, METHOD)
-    told = [str(one.message) for one in caught if issubclass(one.category, FlexbandWarning)]
-    assert len([one for one in told if "as many" in one]) == warned
-    assert ("below_between" in bands) == (more is not None and not warned)
+        bands = fb.propagate(model, inputs, METHOD)
+    messages = [
+        str(record.message) for record in records if issubclass(record.category, FlexbandWarning)
+    ]
+    assert len([record for record in messages if "as many" in record]) == warning_count
+    assert ("below_between" in bands) == (dense_times is not None and not warning_count)
 
 
 SCATTERED = {"amplitude": fb.Normal(1.0, 0.02), "stiffness": OMEGA**2}
@@ -132,17 +135,17 @@ SCATTERED = {"amplitude": fb.Normal(1.0, 0.02), "stiffness": OMEGA**2}
 def test_the_probability_is_that_of_the_motion_between_its_times():
     """The oscillator leaves −1.03 if its amplitude does; at the output times it never does."""
     surrogate = fb.expand(response(0.1), SCATTERED, METHOD)
-    found = fb.analysis.failure_probability(surrogate, fb.Limit("m_X", above=-1.03))
-    assert float(found["probability"].max()) < 1e-9
+    probabilities = fb.analysis.failure_probability(surrogate, fb.Limit("m_X", above=-1.03))
+    assert float(probabilities["probability"].max()) < 1e-9
     exact = norm.sf(1.5)
-    low, high = (found[f"between_times_{end}"].values[0, 0] for end in ("low", "high"))
+    low, high = (probabilities[f"between_times_{end}"].values[0, 0] for end in ("low", "high"))
     assert low < exact < high
-    assert "at the output times alone, below" in found.attrs["verdict"]
+    assert "at the output times alone, below" in probabilities.attrs["verdict"]
     fine = fb.expand(response(0.001), SCATTERED, METHOD)
-    found = fb.analysis.failure_probability(fine, fb.Limit("m_X", above=-1.03))
-    assert float(found["between_times"][0, 0]) == pytest.approx(exact, rel=0.1)
-    assert "95 % confidence: 0.0" in found.attrs["verdict"]
-    assert "alone" not in found.attrs["verdict"]
+    probabilities = fb.analysis.failure_probability(fine, fb.Limit("m_X", above=-1.03))
+    assert float(probabilities["between_times"][0, 0]) == pytest.approx(exact, rel=0.1)
+    assert "95 % confidence: 0.0" in probabilities.attrs["verdict"]
+    assert "alone" not in probabilities.attrs["verdict"]
 
 
 @pytest.mark.parametrize(
@@ -153,10 +156,12 @@ def test_all_steps_are_looked_at_or_a_part_of_them_that_divides_their_number(
     output_step, step, parts
 ):
     """67 is a prime above the most parts; 20 000 times are more than half of the most times."""
-    one = response(output_step, step)
-    more = one.at_more_times()
-    assert (one.output_step / more.output_step if more else 1) == pytest.approx(parts)
-    assert more is None or more.step == pytest.approx(step)
+    model = response(output_step, step)
+    dense_model = model.at_more_times()
+    assert (model.output_step / dense_model.output_step if dense_model else 1) == pytest.approx(
+        parts
+    )
+    assert dense_model is None or dense_model.step == pytest.approx(step)
 
 
 def falling(height):
@@ -180,12 +185,14 @@ def test_samples_that_choose_their_steps_are_known_at_eight_times_as_many_times(
     many = fb.dynamic_response(falling, duration=40.0, step=1e-3)
     assert many.at_more_times(height=height) is None  # more than 32 768 times would be kept
     fine = coarse.at_more_times(height=height)
-    finer = coarse.refined().at_more_times(height=height)
+    refinement = coarse.refined().at_more_times(height=height)
     assert (fine.output_step, fine.step) == pytest.approx((0.01 / 8, 0.01 / 8))
-    assert (finer.output_step, finer.step) == pytest.approx((0.01 / 8, 0.01 / 16))
-    at, between = (made(height=height).sel(output="m_Y").values[0] for made in (coarse, fine))
-    np.testing.assert_allclose(between[::8], at, rtol=0, atol=1e-6)
+    assert (refinement.output_step, refinement.step) == pytest.approx((0.01 / 8, 0.01 / 16))
+    at, dense_values = (
+        model(height=height).sel(output="m_Y").values[0] for model in (coarse, fine)
+    )
+    np.testing.assert_allclose(dense_values[::8], at, rtol=0, atol=1e-6)
     depth = (9.81 + np.sqrt(9.81**2 + 2e5 * 9.81 * 0.2)) / 1e5
-    peaks = [made(height=height).sel(output="force").max() for made in (coarse, fine)]
+    peaks = [model(height=height).sel(output="force").max() for model in (coarse, fine)]
     assert peaks[0] < 0.6e5 * depth
     assert 0.97e5 * depth < peaks[1] < 1.001e5 * depth

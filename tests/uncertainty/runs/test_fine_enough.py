@@ -25,16 +25,16 @@ class Rising(Response):
 
     error: float
     fall: float = 3.0
-    finer: int = 0
+    level: int = 0
     fails_from: int = 100
     default: bool = True
     refines = True
 
     def __call__(self, a, b):
-        if self.finer >= self.fails_from:
+        if self.level >= self.fails_from:
             raise fb.errors.RunError("too fine", {})
         t = np.linspace(0.0, 1.0, 21)
-        error = self.error / self.fall**self.finer * np.sin(7.0 * a)
+        error = self.error / self.fall**self.level * np.sin(7.0 * a)
         return xr.DataArray(
             (a * (1.0 + t[:, None]) + b + error).T[:, None],
             dims=("sample", "output", "time"),
@@ -42,9 +42,9 @@ class Rising(Response):
         )
 
     def description(self, **values):
-        finer = {"step": replace(self, finer=self.finer + 1)}
+        refinements = {"step": replace(self, level=self.level + 1)}
         by_default = ["step"] if self.default else []
-        return Description(by_default=by_default, refinements=lambda: finer)
+        return Description(by_default=by_default, refinements=lambda: refinements)
 
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
@@ -53,9 +53,9 @@ def test_the_default_is_refined_until_its_error_is_a_tenth_of_the_tolerance(meth
     bands = fb.propagate(Rising(error), INPUTS, method)
     halved = bands.attrs.get("halved", [])
     assert set(halved) <= {"step"}
-    left = error / 3.0 ** len(halved)
-    assert left < 2e-3
-    assert left > 1e-4 or not halved  # and no more often than that asks for
+    remaining_error = error / 3.0 ** len(halved)
+    assert remaining_error < 2e-3
+    assert remaining_error > 1e-4 or not halved  # and no more often than that asks for
 
 
 def test_what_is_given_is_not_refined():
@@ -100,9 +100,11 @@ def test_a_tolerance_of_steps_that_is_left_out_is_small_enough():
         response = fb.dynamic_response(slide, duration=1.5, step=0.05, integrator=integrator)
         return fb.propagate(response, inputs, fb.PCCI(0, 6))
 
-    chosen = bands(None)
+    by_default = bands(None)
     exact = bands(1e-11)
     assert "halved" not in exact.attrs
     width = np.ptp(exact["error_bar"].sel(output="x_X").values, axis=0).mean()
-    error = np.abs(chosen["error_bar"] - exact["error_bar"]).sel(output="x_X").mean("time").max()
+    error = (
+        np.abs(by_default["error_bar"] - exact["error_bar"]).sel(output="x_X").mean("time").max()
+    )
     assert float(error) < 1e-3 * width

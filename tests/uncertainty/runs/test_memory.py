@@ -32,8 +32,8 @@ LEAST = 2.0
 )
 def test_the_memory_announced_is_what_a_study_takes(method, intervals, random, ringing):
     inputs = inputs_of(intervals, random)
-    announced, peak = announced_and_peak(method, inputs, 3, 800, ringing=ringing)
-    assert MOST <= announced / peak <= LEAST
+    estimate, peak = announced_and_peak(method, inputs, 3, 800, ringing=ringing)
+    assert MOST <= estimate / peak <= LEAST
 
 
 def test_factors_of_a_tensor_product_are_applied_in_place_but_for_the_first():

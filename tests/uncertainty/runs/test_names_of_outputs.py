@@ -29,10 +29,12 @@ def test_all_variables_of_bands_are_known():
     )
     results = [fb.propagate(response, INPUTS, method) for method in methods]
     surrogates = [fb.expand(response, INPUTS, method) for method in methods[:3]]
-    results += [one.diagnostics for one in surrogates if isinstance(one, fb.Surrogate)]
-    results += [fb.verify(one, response, runs=4).verification for one in surrogates]
+    results += [
+        surrogate.diagnostics for surrogate in surrogates if isinstance(surrogate, fb.Surrogate)
+    ]
+    results += [fb.verify(surrogate, response, runs=4).verification for surrogate in surrogates]
     results.append(fb.propagate(response, INPUTS | {"x": fb.Choice(0.0, 1.0)}, fb.PCCI(1, 1)))
-    names = {str(name) for one in results for name in one.variables}
+    names = {str(name) for result in results for name in result.variables}
     assert names - {"output", "time", "sample"} <= OF_BANDS | set(RESERVED)
 
 
@@ -41,14 +43,14 @@ def test_all_variables_of_bands_are_known():
 def test_coordinates_called_as_bands_are_refused_at_the_first_batch(name, method):
     calls = []
 
-    def named(a, x):
+    def with_coordinate(a, x):
         calls.append(len(a))
         return response(a, x).assign_coords({name: 1.0})
 
     with pytest.raises(
         fb.errors.InputError, match=f"other names than the variables of bands; got '{name}'"
     ):
-        fb.propagate(named, INPUTS, method)
+        fb.propagate(with_coordinate, INPUTS, method)
     assert len(calls) <= 2  # one run is tried alone
 
 

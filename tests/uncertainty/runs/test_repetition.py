@@ -91,29 +91,29 @@ def test_samples_that_know_their_number_are_refused():
 def test_the_run_is_counted():
     bands = fb.propagate(smooth, INPUTS, fb.PCCI(2, 1))
     assert (bands.attrs["runs"], bands.attrs["runs_repeated"]) == (7, 1)
-    one = fb.propagate(smooth, INPUTS, fb.PCCI(0, 0))
-    assert (one.attrs["runs"], one.attrs["runs_repeated"]) == (2, 1)
+    constant = fb.propagate(smooth, INPUTS, fb.PCCI(0, 0))
+    assert (constant.attrs["runs"], constant.attrs["runs_repeated"]) == (2, 1)
 
 
 @pytest.mark.parametrize("method", [fb.PCCI(2, 7), fb.AdaptivePCCI(1e-9, max_runs=24)], ids=repr)
 def test_the_count_of_a_resumed_study_is_that_of_one_that_was_not_stopped(method, tmp_path):
-    left = [10]
+    remaining = [10]
 
-    def stopped(x, e):
-        left[0] -= len(x)
-        if left[0] < 0:
+    def stopping(x, e):
+        remaining[0] -= len(x)
+        if remaining[0] < 0:
             raise KeyboardInterrupt
         return smooth(x, e)
 
     def counts(**options):
-        attrs = fb.propagate(stopped, INPUTS, method, batch=4, **options).attrs
+        attrs = fb.propagate(stopping, INPUTS, method, batch=4, **options).attrs
         return attrs["runs"], attrs["runs_repeated"]
 
-    for allowed in (10, 12):
-        left[0] = allowed
+    for budget in (10, 12):
+        remaining[0] = budget
         with pytest.raises(KeyboardInterrupt):
             counts(store=tmp_path)
-    left[0] = 1000
+    remaining[0] = 1000
     assert counts(store=tmp_path) == counts(store=tmp_path) == counts() == (25, 1)
 
 
@@ -151,8 +151,8 @@ def test_a_height_that_is_rounding_is_constant():
     mean = (r * np.cos(phase) + np.sqrt(0.25 - (r * np.sin(phase)) ** 2)) @ (
         weights / weights.sum()
     )
-    found = bands["mean"].sel(output="x_X")
-    np.testing.assert_allclose(found, [mean.min(axis=0), mean.max(axis=0)], atol=2e-5)
+    bounds = bands["mean"].sel(output="x_X")
+    np.testing.assert_allclose(bounds, [mean.min(axis=0), mean.max(axis=0)], atol=2e-5)
 
 
 @pytest.mark.parametrize("seed", [1, 4, 6])

@@ -36,26 +36,26 @@ def folder(tmp_path):
 def test_narrower_intervals_use_runs_inside_them(folder, method):
     exact = fb.propagate(Response(), NARROW, fb.methods.SobolScanning(1024, 9))
     bands, runs = study(folder, NARROW, method)
-    reused = bands.attrs["runs_reused"]
-    assert reused > 0
-    assert bands.attrs["runs"] == runs + reused
+    reuse_count = bands.attrs["runs_reused"]
+    assert reuse_count > 0
+    assert bands.attrs["runs"] == runs + reuse_count
     width = exact["error_bar"][1] - exact["error_bar"][0]
     for variable in ("mean", "error_bar"):
-        off = abs(bands[variable] - exact[variable]).mean("bound")
-        assert (off <= 5 * bands["error_bar_expected_error"] + 0.002 * width).all()
+        error = abs(bands[variable] - exact[variable]).mean("bound")
+        assert (error <= 5 * bands["error_bar_expected_error"] + 0.002 * width).all()
 
 
 def test_reused_runs_are_generic_and_inside(folder):
     study(folder, WIDE, fb.LHSScanning(5, 3))  # a grid, none of whose points is generic
-    seen = []
+    earlier_runs = []
 
     class Method(fb.methods.RegressionPCCI):
         def expand(self, space, evaluate):
-            seen.append(evaluate.earlier_runs(1000))
+            earlier_runs.append(evaluate.earlier_runs(1000))
             return super().expand(space, evaluate)
 
     study(folder, NARROW, Method(2))
-    xi, eta, values = seen[0]
+    xi, eta, values = earlier_runs[0]
     assert len(xi) > 0
     assert (abs(eta) <= 1).all()
     for column in (*xi.T, *eta.T):
@@ -75,9 +75,9 @@ def test_the_same_intervals_or_other_random_inputs_reuse_no_other_runs(folder):
 
 def test_a_study_that_reuses_runs_gives_the_same_when_it_is_resumed(folder):
     first, _ = study(folder, NARROW, fb.AdaptivePCCI())
-    again, runs = study(folder, NARROW, fb.AdaptivePCCI())
+    second, runs = study(folder, NARROW, fb.AdaptivePCCI())
     assert runs == 2
-    assert first.drop_attrs().identical(again.drop_attrs())
+    assert first.drop_attrs().identical(second.drop_attrs())
 
 
 def test_domains_of_fields_are_found_once(tmp_path):
@@ -90,9 +90,9 @@ def test_domains_of_fields_are_found_once(tmp_path):
     inputs = {"k": fb.RandomField(mean=1.0, std=0.1, correlation_length=1.0, terms=2)}
     first = fb.propagate(response, inputs, fb.PCCI(1, 0), store=tmp_path)
     calls.clear()
-    again = fb.propagate(response, inputs, fb.PCCI(1, 0), store=tmp_path)
+    second = fb.propagate(response, inputs, fb.PCCI(1, 0), store=tmp_path)
     assert len(calls) == 1  # the two runs that are made again
-    assert first.drop_attrs().identical(again.drop_attrs())
+    assert first.drop_attrs().identical(second.drop_attrs())
     before = (tmp_path / "domains.json").read_bytes()
     with pytest.raises(fb.errors.StoreError, match="another response"):
         fb.propagate(lambda k: 2 * k(np.linspace(0.0, 3.0, 5)).sum(axis=1), inputs, fb.PCCI(1, 0),

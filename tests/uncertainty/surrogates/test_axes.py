@@ -21,7 +21,7 @@ METHODS = [
 ]
 
 
-def both(a, b):
+def two_outputs(a, b):
     """Return a smooth force of 10⁶ and a steep one of 1."""
     return np.stack([1e6 * a * b, np.tanh(6 * (a + b - 1.3))], axis=1)
 
@@ -29,7 +29,7 @@ def both(a, b):
 def without_time(a, b):
     """Return outputs that have no time."""
     coords = {"output": ["F", "x"], "unit": ("output", ["N", "m"])}
-    return xr.DataArray(both(a, b), coords, ("sample", "output"))
+    return xr.DataArray(two_outputs(a, b), coords, ("sample", "output"))
 
 
 def at_one_time(a, b):
@@ -42,27 +42,31 @@ def along_quantities(a, b):
     return without_time(a, b).rename(output="quantity")
 
 
-def assert_equal(own: xr.Dataset, reference: xr.Dataset) -> None:
+def assert_equal(actual: xr.Dataset, reference: xr.Dataset) -> None:
     """Compare answers, of which the second one has a time axis of length one."""
-    assert set(own.data_vars) <= set(reference.data_vars)
-    for name in own.data_vars:
-        told = (
+    assert set(actual.data_vars) <= set(reference.data_vars)
+    for name in actual.data_vars:
+        expected = (
             reference[name].squeeze("time") if "time" in reference[name].dims else reference[name]
         )
-        assert own[name].dims == told.dims, name
-        if own[name].dtype.kind == "f":
-            slack = 1e-9 * np.nanmax(np.abs(told.values), initial=1e-12)
-            np.testing.assert_allclose(own[name], told, rtol=1e-9, atol=slack, err_msg=str(name))
+        assert actual[name].dims == expected.dims, name
+        if actual[name].dtype.kind == "f":
+            slack = 1e-9 * np.nanmax(np.abs(expected.values), initial=1e-12)
+            np.testing.assert_allclose(
+                actual[name], expected, rtol=1e-9, atol=slack, err_msg=str(name)
+            )
         else:
-            assert (own[name].values == told.values).all(), name
+            assert (actual[name].values == expected.values).all(), name
 
 
-@pytest.mark.parametrize("method", METHODS, ids=lambda one: one.label)
+@pytest.mark.parametrize("method", METHODS, ids=lambda case: case.label)
 def test_outputs_without_time_are_judged_as_at_one_time(method):
-    own, reference = (fb.propagate(r, INPUTS, method) for r in (without_time, at_one_time))
-    assert_equal(own, reference)
-    assert own.attrs.get("expected_error") == reference.attrs.get("expected_error")
-    assert not any("over time" in one.attrs.get("long_name", "") for one in own.values())
+    actual, reference = (fb.propagate(r, INPUTS, method) for r in (without_time, at_one_time))
+    assert_equal(actual, reference)
+    assert actual.attrs.get("expected_error") == reference.attrs.get("expected_error")
+    assert not any(
+        "over time" in variable.attrs.get("long_name", "") for variable in actual.values()
+    )
 
 
 def test_the_error_of_one_output_is_not_that_of_another():
@@ -110,16 +114,16 @@ ANSWERS = {
 @pytest.mark.parametrize("name", ANSWERS)
 def test_answers_are_those_at_one_time(name):
     method = fb.AdaptivePCCI(max_runs=40)
-    own, reference = (fb.expand(r, INPUTS, method) for r in (without_time, at_one_time))
-    found, expected = (ANSWERS[name](one) for one in (own, reference))
-    assert_equal(found, expected)
+    without_axis, reference = (fb.expand(r, INPUTS, method) for r in (without_time, at_one_time))
+    answer, expected = (ANSWERS[name](surrogate) for surrogate in (without_axis, reference))
+    assert_equal(answer, expected)
 
 
 def test_saved_surrogates_keep_the_axes(tmp_path):
     surrogate = fb.expand(without_time, INPUTS, fb.AdaptivePCCI(max_runs=40))
     fb.save_surrogate(surrogate, tmp_path / "one.npz")
-    loaded = fb.load_surrogate(tmp_path / "one.npz")
-    xr.testing.assert_identical(loaded.bands(), surrogate.bands())
+    copy = fb.load_surrogate(tmp_path / "one.npz")
+    xr.testing.assert_identical(copy.bands(), surrogate.bands())
 
 
 def test_labels_that_are_texts_are_outputs():
@@ -174,8 +178,8 @@ def test_answers_at_one_time_are_those_of_all_times_there(at, labelled):
     def response(a, b):
         values = np.stack([a[:, None] * (1 + times), b[:, None] * times + a[:, None]], axis=1)
         coords = {"output": ["F", "x"], "time": times}
-        found = xr.DataArray(values, coords, ("sample", "output", "time"))
-        return found if labelled else found.drop_vars("output").rename(output="place")
+        result = xr.DataArray(values, coords, ("sample", "output", "time"))
+        return result if labelled else result.drop_vars("output").rename(output="place")
 
     if not labelled:
         at = {{"output": "place"}.get(k, k): 1 if k == "output" else v for k, v in at.items()}
@@ -185,8 +189,8 @@ def test_answers_at_one_time_are_those_of_all_times_there(at, labelled):
         (fb.analysis.value_range, "range"),
         (fb.analysis.contributions, "width"),
     ):
-        every = answer(surrogate)[name]
-        chosen = answer(surrogate, at=at)[name]
+        all_times = answer(surrogate)[name]
+        part = answer(surrogate, at=at)[name]
         index = {"place": 1} if "place" in at else at
-        expected = every.isel(index) if "place" in at else every.sel(index)
-        np.testing.assert_allclose(chosen, expected, rtol=1e-6, atol=1e-9)
+        expected = all_times.isel(index) if "place" in at else all_times.sel(index)
+        np.testing.assert_allclose(part, expected, rtol=1e-6, atol=1e-9)

@@ -47,21 +47,21 @@ def test_units_tell_what_is_rounding():
 
 
 def test_no_runs_are_spent_on_rounding_errors(surrogate):
-    told = surrogate.diagnostics.attrs
-    assert told["expected_error"] < 1e-10
-    assert "not_trusted" not in told
-    assert told["runs_fitted"] + told["runs_checked"] < 60
+    attrs = surrogate.diagnostics.attrs
+    assert attrs["expected_error"] < 1e-10
+    assert "not_trusted" not in attrs
+    assert attrs["runs_fitted"] + attrs["runs_checked"] < 60
 
 
 def test_constants_are_named_and_judged_by_nothing(surrogate):
     bands = surrogate.bands()
-    checked = fb.verify(surrogate, response).verification
+    verification = fb.verify(surrogate, response).verification
     assert tables.constants(bands) == MIN_SPEED
-    _, rows = tables.summary_table(bands, checked)
+    _, rows = tables.summary_table(bands, verification)
     assert [row[3:] for row in rows[1:]] == [["constant", "", "", ""]] * 3
     assert rows[2][1:3] == ["0 … 0", "0 … 0"]
-    assert checked["confirmed"].values.all()
-    assert float((checked["implied_error"] / checked["bar_width"]).max()) <= 2e-5
+    assert verification["confirmed"].values.all()
+    assert float((verification["implied_error"] / verification["bar_width"]).max()) <= 2e-5
     assert tables.error_in_words(bands).split(" for ")[1].startswith("y,")
 
 
@@ -69,40 +69,42 @@ def test_a_constant_that_new_runs_leave_is_told():
     """No run that is fitted has a k above 1.199, from which on an output jumps."""
 
     def jumps(k, x):
-        found = response(k, x)
-        found[:, 1] += (np.asarray(k) > 1.1999)[:, None] * (np.asarray(x) > 0.05)[:, None]
-        return found
+        result = response(k, x)
+        result[:, 1] += (np.asarray(k) > 1.1999)[:, None] * (np.asarray(x) > 0.05)[:, None]
+        return result
 
-    plain = fb.expand(response, INPUTS, fb.PCCI(1, 1))
-    checked = fb.verify(plain, jumps, runs=64).verification
-    assert checked["missed"].sel(output="c") > 0.01
+    expansion = fb.expand(response, INPUTS, fb.PCCI(1, 1))
+    verification = fb.verify(expansion, jumps, runs=64).verification
+    assert verification["missed"].sel(output="c") > 0.01
 
 
 def test_contributions_and_narrowing_leave_constants_out(surrogate, tmp_path):
-    found = fb.analysis.contributions(surrogate)
-    assert found["varies"].values.tolist() == [True, False, False, False]
-    assert not found["mean_share"].sel(output=MIN_SPEED).values.any()
-    told = what_matters(found, None)
-    assert told.startswith("What matters most is k: without its uncertainty")
+    contributions = fb.analysis.contributions(surrogate)
+    assert contributions["varies"].values.tolist() == [True, False, False, False]
+    assert not contributions["mean_share"].sel(output=MIN_SPEED).values.any()
+    result = what_matters(contributions, None)
+    assert result.startswith("What matters most is k: without its uncertainty")
     limits = fb.analysis.check_limits(
         surrogate, [fb.Limit("c", below=3.0), fb.Limit("y", below=2.0)]
     )
-    assert what_matters(found, limits).startswith("What matters most for the limit y below 2 is k")
-    only = fb.analysis.check_limits(surrogate, fb.Limit("c", below=3.0))
-    assert "No input matters" in what_matters(found, only)
+    assert what_matters(contributions, limits).startswith(
+        "What matters most for the limit y below 2 is k"
+    )
+    of_constant = fb.analysis.check_limits(surrogate, fb.Limit("c", below=3.0))
+    assert "No input matters" in what_matters(contributions, of_constant)
     assert not fb.analysis.sobol_indices(surrogate)["defined"].sel(output=MIN_SPEED).values.any()
     fb.save_surrogate(surrogate, tmp_path / "surrogate.npz")
     for command in (["narrow", "k=1.05..1.1"], ["contributions"], ["tolerance", "k"]):
         arguments = [command[0], str(tmp_path), *command[1:]]
-        told = CliRunner().invoke(app, arguments, env={"COLUMNS": "200"})
-        assert told.exit_code == 0, told.output
-        assert told.output.count("constant") in (3, 12)
+        result = CliRunner().invoke(app, arguments, env={"COLUMNS": "200"})
+        assert result.exit_code == 0, result.output
+        assert result.output.count("constant") in (3, 12)
     shares = json.loads(CliRunner().invoke(app, ["contributions", str(tmp_path), "--json"]).stdout)
     assert shares["mean_share"]["c"] == [None, None]
 
 
 def test_narrow_names_the_only_output(tmp_path):
-    own = fb.expand(lambda k, x: (k + x)[:, None] * T, INPUTS, fb.AdaptivePCCI())
-    fb.save_surrogate(own, tmp_path / "surrogate.npz")
-    told = CliRunner().invoke(app, ["narrow", str(tmp_path), "k=1.1..1.2"]).output
-    assert "response" in told
+    expansion = fb.expand(lambda k, x: (k + x)[:, None] * T, INPUTS, fb.AdaptivePCCI())
+    fb.save_surrogate(expansion, tmp_path / "surrogate.npz")
+    output = CliRunner().invoke(app, ["narrow", str(tmp_path), "k=1.1..1.2"]).output
+    assert "response" in output

@@ -16,12 +16,12 @@ from hypothesis import strategies as st
 
 import flexband as fb
 from tests.uncertainty.surrogates.test_surrogate_files import (
+    archive_of,
     members,
     npy,
     paths,
-    replaced,
-    sealed,
-    zipped,
+    with_digest,
+    with_entry,
 )
 
 X = np.linspace(0.0, 1.0, 3)
@@ -51,7 +51,7 @@ def response(**values):
 
 
 @functools.cache
-def saved(kind):
+def content_of(kind):
     """Return the bytes of the file of a surrogate."""
     with TemporaryDirectory() as folder:
         file = Path(folder) / "s.npz"
@@ -59,7 +59,7 @@ def saved(kind):
         return file.read_bytes()
 
 
-def loaded(content, folder):
+def load_or_none(content, folder):
     """Return the surrogate that is loaded, or None if it is refused by the name of the file."""
     file = folder / "damaged.npz"
     file.write_bytes(content)
@@ -69,41 +69,41 @@ def loaded(content, folder):
         return None
 
 
-def damaged(content, data):
+def damage(content, data):
     """Return a file that was cut, of which a bit was flipped, or whose members were changed."""
     parts = members(content)
     names = st.sampled_from(sorted(parts))
-    way = data.draw(st.sampled_from(["cut", "flip", "drop", "swap", "number", "text"]))
-    if way in ("cut", "flip"):
+    action = data.draw(st.sampled_from(["cut", "flip", "drop", "swap", "number", "text"]))
+    if action in ("cut", "flip"):
         place = data.draw(st.integers(0, len(content) - 1))
         bit = bytes([content[place] ^ 1 << data.draw(st.integers(0, 7))])
-        return content[:place] + (bit + content[place + 1 :] if way == "flip" else b"")
-    one = data.draw(names)
-    other = data.draw(names)
-    if way == "drop":
-        del parts[one]
-    elif way == "swap":
-        parts[one], parts[other] = parts[other], parts[one]
+        return content[:place] + (bit + content[place + 1 :] if action == "flip" else b"")
+    name = data.draw(names)
+    second = data.draw(names)
+    if action == "drop":
+        del parts[name]
+    elif action == "swap":
+        parts[name], parts[second] = parts[second], parts[name]
     else:
-        array = np.load(io.BytesIO(parts[one]))
+        array = np.load(io.BytesIO(parts[name]))
         if array.dtype.kind == "f" and array.size:
             array.flat[data.draw(st.integers(0, array.size - 1))] *= 1 + 1e-15
         elif array.dtype.kind == "U" and array.ndim == 0:
             place = data.draw(st.integers(0, len(str(array)) - 1))
             array = np.array(str(array)[:place] + "3" + str(array)[place + 1 :])
-        parts[one] = npy(array)
-    return zipped(parts)
+        parts[name] = npy(array)
+    return archive_of(parts)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_damaged_files_are_refused_or_equal(kind, tmp_path_factory):
     folder = tmp_path_factory.mktemp("damaged")
-    content = saved(kind)
+    content = content_of(kind)
 
     @settings(max_examples=6, deadline=None, database=None)
     @given(st.data())
     def check(data):
-        surrogate = loaded(damaged(content, data), folder)
+        surrogate = load_or_none(damage(content, data), folder)
         if surrogate is not None:
             fb.save_surrogate(surrogate, folder / "again.npz")
             assert members((folder / "again.npz").read_bytes()) == members(content)
@@ -115,20 +115,20 @@ def test_damaged_files_are_refused_or_equal(kind, tmp_path_factory):
 def test_files_with_other_inputs_are_refused_or_can_be_evaluated(kind, tmp_path_factory):
     """Entries of the record are replaced on purpose, with a digest that is right."""
     folder = tmp_path_factory.mktemp("changed")
-    parts = members(saved(kind))
+    parts = members(content_of(kind))
     about = json.loads(str(np.load(io.BytesIO(parts["about.npy"]))))
     places = [path for path in paths(about) if {"inputs", "given"} & set(path)]
 
     @settings(max_examples=6, deadline=None, database=None)
     @given(st.sampled_from(places), st.sampled_from(VALUES))
     def check(place, value):
-        record = npy(np.array(json.dumps(replaced(about, place, value))))
-        surrogate = loaded(sealed(parts | {"about.npy": record}), folder)
-        for one in getattr(surrogate, "surrogates", {"": surrogate}).values():
-            if one is not None:
-                n = one.space.random_dimension
-                m = one.space.interval_dimension
-                assert np.isfinite(one.standard(np.zeros((1, n)), np.zeros((1, m)))).all()
+        record = npy(np.array(json.dumps(with_entry(about, place, value))))
+        surrogate = load_or_none(with_digest(parts | {"about.npy": record}), folder)
+        for expansion in getattr(surrogate, "surrogates", {"": surrogate}).values():
+            if expansion is not None:
+                n = expansion.space.random_dimension
+                m = expansion.space.interval_dimension
+                assert np.isfinite(expansion.standard(np.zeros((1, n)), np.zeros((1, m)))).all()
 
     check()
 
@@ -136,6 +136,6 @@ def test_files_with_other_inputs_are_refused_or_can_be_evaluated(kind, tmp_path_
 def test_a_new_process_loads_all_kinds(tmp_path):
     """The modules of inputs are imported when they are needed."""
     for kind in KINDS:
-        (tmp_path / f"{kind}.npz").write_bytes(saved(kind))
+        (tmp_path / f"{kind}.npz").write_bytes(content_of(kind))
     code = "import sys, flexband as fb\nfor file in sys.argv[1:]: fb.load_surrogate(file)"
     subprocess.run([sys.executable, "-c", code, *map(str, tmp_path.iterdir())], check=True)

@@ -38,19 +38,19 @@ def surrogate():
     ],
 )
 def test_a_polynomial_is_the_same_as_in_a_study_of_its_own(surrogate, changes):
-    found = surrogate.narrowed(**changes).bands()
+    bands = surrogate.narrowed(**changes).bands()
     expected = fb.propagate(response, INPUTS | changes, fb.PCCI(4, 2))
     for name in ("mean", "error_bar"):
-        np.testing.assert_allclose(found[name], expected[name], rtol=1e-12, atol=1e-12)
-    assert found.attrs["expected_error"] < 1e-12
-    assert found.attrs["inputs"] == expected.attrs["inputs"]
+        np.testing.assert_allclose(bands[name], expected[name], rtol=1e-12, atol=1e-12)
+    assert bands.attrs["expected_error"] < 1e-12
+    assert bands.attrs["inputs"] == expected.attrs["inputs"]
 
 
 def test_twice_narrowed_is_once_narrowed(surrogate):
     first = surrogate.narrowed(e=fb.Interval(1.2, 1.8), a=fb.Normal(1.0, 0.08))
     twice = first.narrowed(e=fb.Interval(1.5, 1.7), a=fb.Normal(1.02, 0.05))
-    once = surrogate.narrowed(e=fb.Interval(1.5, 1.7), a=fb.Normal(1.02, 0.05))
-    np.testing.assert_allclose(twice.bands()["error_bar"], once.bands()["error_bar"], rtol=1e-12)
+    direct = surrogate.narrowed(e=fb.Interval(1.5, 1.7), a=fb.Normal(1.02, 0.05))
+    np.testing.assert_allclose(twice.bands()["error_bar"], direct.bands()["error_bar"], rtol=1e-12)
 
 
 def test_parameters_and_fields():
@@ -65,11 +65,11 @@ def test_parameters_and_fields():
     }
     surrogate = fb.expand(bent, inputs, fb.PCCI(2, 2))
     narrower = fb.RandomField(2.0, 0.1, 0.5, terms=3)
-    found = surrogate.narrowed(**{"modulus.mean": fb.Interval(4.9, 5.0)}, field=narrower)
+    part = surrogate.narrowed(**{"modulus.mean": fb.Interval(4.9, 5.0)}, field=narrower)
     inputs["modulus"] = fb.Normal(fb.Interval(4.9, 5.0), 0.3)
     inputs["field"] = fb.RandomField(2.0, 0.1, 0.5, domain=(0.0, 1.0), terms=3)
     expected = fb.propagate(bent, inputs, fb.PCCI(2, 2))
-    np.testing.assert_allclose(found.bands()["error_bar"], expected["error_bar"], rtol=1e-10)
+    np.testing.assert_allclose(part.bands()["error_bar"], expected["error_bar"], rtol=1e-10)
     at = surrogate.narrowed(**{"modulus.mean": 5.0}).bands()
     inputs |= {"modulus": fb.Normal(5.0, 0.3), "field": field}
     expected = fb.propagate(bent, inputs, fb.PCCI(2, 2))
@@ -88,10 +88,10 @@ def test_a_p_box_whose_polynomials_depend_on_its_parameters(middle):
     inputs = {"x": fb.Weibull(scale=1.0, shape=fb.Interval(1.8, 2.6))}
     surrogate = fb.expand(power, inputs, fb.PCCI(8, 6))
     part = fb.Interval(middle - 0.05, middle + 0.05)
-    found = surrogate.narrowed(**{"x.shape": part}).bands()["error_bar"]
+    bar = surrogate.narrowed(**{"x.shape": part}).bands()["error_bar"]
     inputs["x"] = fb.Weibull(scale=1.0, shape=part)
     expected = fb.propagate(power, inputs, fb.PCCI(8, 6))["error_bar"]
-    np.testing.assert_allclose(found, expected, rtol=1e-4)
+    np.testing.assert_allclose(bar, expected, rtol=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -114,13 +114,13 @@ def test_parameters_are_narrowed_together(x, changes, squares):
 
 
 def test_options_are_narrowed_together():
-    def chosen(a, kind):
+    def by_kind(a, kind):
         return a[:, None] * np.where(kind == "two", 2.0, 1.0)[:, None] * T
 
     inputs = {"a": fb.Interval(1.0, 2.0), "kind": fb.Choice("one", "two")}
-    surrogate = fb.expand(chosen, inputs, fb.PCCI(1, 1))
-    found = surrogate.narrowed(a=fb.Interval(1.2, 1.4)).bands()["error_bar"]
-    np.testing.assert_allclose(found, np.stack([1.2 * T, 2.8 * T]), atol=1e-14)
+    surrogate = fb.expand(by_kind, inputs, fb.PCCI(1, 1))
+    bar = surrogate.narrowed(a=fb.Interval(1.2, 1.4)).bands()["error_bar"]
+    np.testing.assert_allclose(bar, np.stack([1.2 * T, 2.8 * T]), atol=1e-14)
     with pytest.raises(fb.errors.InputError, match="kind is a Choice"):
         surrogate.narrowed(kind="one")
 
@@ -150,10 +150,10 @@ def test_runs_near_the_part_tell_its_error():
 
     inputs = {"e": fb.Interval(-1.0, 1.0), "f": fb.Interval(0.0, 1.0)}
     surrogate = fb.expand(kinked, inputs, fb.AdaptivePCCI(1e-4, max_runs=60))
-    whole = surrogate.bands().attrs["expected_error"]
+    error = surrogate.bands().attrs["expected_error"]
     at_the_kink = surrogate.narrowed(e=fb.Interval(-0.1, 0.1)).bands()
     assert at_the_kink.attrs["runs_inside"] >= 8
-    assert at_the_kink.attrs["expected_error"] > whole
+    assert at_the_kink.attrs["expected_error"] > error
 
 
 @pytest.mark.parametrize(

@@ -29,11 +29,11 @@ def test_bounds_are_exact(method, sigmas, lower):
 
 
 def test_samples_are_scanned_too():
-    once, thrice = (
+    one_sigma, three_sigma = (
         fb.propagate(moving, INPUTS, fb.LHSScanning(50, 3), sigmas=k)["error_bar"] for k in (1, 3)
     )
     mean = fb.propagate(moving, INPUTS, fb.LHSScanning(50, 3))["mean"]
-    np.testing.assert_allclose((thrice - mean)[1], 3 * (once - mean)[1])
+    np.testing.assert_allclose((three_sigma - mean)[1], 3 * (one_sigma - mean)[1])
 
 
 def test_expected_errors_grow_and_stay_honest():
@@ -48,12 +48,12 @@ def test_expected_errors_grow_and_stay_honest():
     for k in (1, 2, 3, 6):
         bands = surrogate.bands(sigmas=k)
         true = abs(float(bands["error_bar"][1, 0]) - 1 - k * std)
-        told = float(bands["error_bar_expected_error"][0])
-        assert told / 5 < true < 5 * told
+        estimate = float(bands["error_bar_expected_error"][0])
+        assert estimate / 5 < true < 5 * estimate
         width = float(np.diff(bands["error_bar"], axis=0).mean())
-        assert bands.attrs["expected_error"] == pytest.approx(told / width, rel=0.01)
-    once = surrogate.bands()["error_bar_expected_error"]
-    np.testing.assert_allclose(bands["error_bar_expected_error"], once * np.sqrt(37 / 2))
+        assert bands.attrs["expected_error"] == pytest.approx(estimate / width, rel=0.01)
+    one_sigma = surrogate.bands()["error_bar_expected_error"]
+    np.testing.assert_allclose(bands["error_bar_expected_error"], one_sigma * np.sqrt(37 / 2))
 
 
 @pytest.mark.parametrize("sigmas", [0, -1.0, np.nan, "three", None])

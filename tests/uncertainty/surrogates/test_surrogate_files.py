@@ -45,53 +45,53 @@ INPUTS = {
 
 
 @pytest.fixture(scope="module")
-def saved(tmp_path_factory):
+def file_contents(tmp_path_factory):
     """Return the bytes of the file of each method, which loads as it was saved."""
-    found = {}
+    contents = {}
     for name, method in METHODS.items():
         surrogate = fb.expand(ringing, INPUTS, method)
         file = tmp_path_factory.mktemp("saved") / "s.npz"
         fb.save_surrogate(surrogate, file)
         xr.testing.assert_identical(fb.load_surrogate(file).bands(), surrogate.bands())
-        found[name] = file.read_bytes()
-    return found
+        contents[name] = file.read_bytes()
+    return contents
 
 
 def members(content):
-    with zipfile.ZipFile(io.BytesIO(content)) as opened:
-        return {name: opened.read(name) for name in opened.namelist()}
+    with zipfile.ZipFile(io.BytesIO(content)) as container:
+        return {name: container.read(name) for name in container.namelist()}
 
 
-def zipped(parts, compression=zipfile.ZIP_STORED):
-    opened = io.BytesIO()
-    with zipfile.ZipFile(opened, "w", compression) as written:
+def archive_of(parts, compression=zipfile.ZIP_STORED):
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", compression) as container:
         for name, content in parts.items():
-            written.writestr(name, content)
-    return opened.getvalue()
+            container.writestr(name, content)
+    return buffer.getvalue()
 
 
-def sealed(parts):
+def with_digest(parts):
     """Return a file with a digest that is right, as harm would be done on purpose."""
     with suppress(Exception):  # arrays that cannot be read
-        arrays = {name: loaded(content) for name, content in parts.items()}
-        arrays = {name.removesuffix(".npy"): own for name, own in arrays.items()}
+        arrays = {name: load_array(content) for name, content in parts.items()}
+        arrays = {name.removesuffix(".npy"): array for name, array in arrays.items()}
         arrays.pop(archive.DIGEST, None)
         parts = parts | {f"{archive.DIGEST}.npy": npy(np.array(archive.digest(arrays)))}
-    return zipped(parts)
+    return archive_of(parts)
 
 
 @cache
-def loaded(content):
+def load_array(content):
     return np.load(io.BytesIO(content))
 
 
 def npy(array):
-    opened = io.BytesIO()
-    np.save(opened, array)
-    return opened.getvalue()
+    buffer = io.BytesIO()
+    np.save(buffer, array)
+    return buffer.getvalue()
 
 
-def refused(file, content, text=r"\.npz"):
+def check_refusal(file, content, text=r"\.npz"):
     """Load a file that must be refused, by name."""
     file.write_bytes(content)
     with pytest.raises(fb.errors.InputError, match=text) as error:
@@ -100,17 +100,19 @@ def refused(file, content, text=r"\.npz"):
 
 
 @pytest.mark.parametrize("kind", METHODS)
-def test_a_file_that_is_cut_or_changed_is_refused(kind, saved, tmp_path):
-    content = saved[kind]
+def test_a_file_that_is_cut_or_changed_is_refused(kind, file_contents, tmp_path):
+    content = file_contents[kind]
     file = tmp_path / "s.npz"
     for end in range(0, len(content) - 1, len(content) // 20):
-        refused(file, content[:end])
-    with zipfile.ZipFile(io.BytesIO(content)) as opened:
-        data = [(m.header_offset + 60 + len(m.filename), m.compress_size) for m in opened.filelist]
+        check_refusal(file, content[:end])
+    with zipfile.ZipFile(io.BytesIO(content)) as container:
+        data = [
+            (m.header_offset + 60 + len(m.filename), m.compress_size) for m in container.filelist
+        ]
     for start, size in data:
-        changed = bytearray(content)
-        changed[start + size // 2] ^= 0x10
-        refused(file, bytes(changed))
+        damage = bytearray(content)
+        damage[start + size // 2] ^= 0x10
+        check_refusal(file, bytes(damage))
 
 
 def variants(array):
@@ -125,37 +127,37 @@ def variants(array):
     if array.size:
         yield np.concatenate([array, array]) if array.ndim else np.array([array, array])
     if array.dtype.kind == "f" and array.size:
-        for bad in (np.nan, np.inf, 1e200):
-            changed = array.copy()
-            changed.flat[-1] = bad
-            yield changed
+        for value in (np.nan, np.inf, 1e200):
+            variant = array.copy()
+            variant.flat[-1] = value
+            yield variant
     if array.dtype.kind in "iu" and array.size:
-        for bad in (-1, 10**9, 2**62):
-            changed = array.astype(np.int64)
-            changed.flat[-1] = bad
-            yield changed
+        for value in (-1, 10**9, 2**62):
+            variant = array.astype(np.int64)
+            variant.flat[-1] = value
+            yield variant
 
 
 @pytest.mark.parametrize("kind", METHODS)
-def test_every_array_is_checked(kind, saved, tmp_path):
-    parts = members(saved[kind])
+def test_every_array_is_checked(kind, file_contents, tmp_path):
+    parts = members(file_contents[kind])
     file = tmp_path / "s.npz"
     del parts["digest.npy"]
-    refused(file, zipped(parts), "not as it was saved")
+    check_refusal(file, archive_of(parts), "not as it was saved")
     for name, content in parts.items():
-        refused(file, sealed({k: v for k, v in parts.items() if k != name}))
-        refused(file, sealed(parts | {name: npy(np.array([{}], dtype=object))}))
+        check_refusal(file, with_digest({k: v for k, v in parts.items() if k != name}))
+        check_refusal(file, with_digest(parts | {name: npy(np.array([{}], dtype=object))}))
         header = content[:10] + content[10:].replace(b"(", b"(99999999999, ", 1)
-        refused(file, sealed(parts | {name: header[: len(content)]}))
+        check_refusal(file, with_digest(parts | {name: header[: len(content)]}))
         if name.startswith("expansions/"):
-            for changed in variants(np.load(io.BytesIO(content))):
-                if changed.dtype.kind == "f" and changed.size == 1 and changed.flat[0] == 1e200:
+            for variant in variants(np.load(io.BytesIO(content))):
+                if variant.dtype.kind == "f" and variant.size == 1 and variant.flat[0] == 1e200:
                     continue
-                refused(file, sealed(parts | {name: npy(changed)}))
-    refused(file, sealed(parts | {"more.npy": npy(np.zeros(3))}))
+                check_refusal(file, with_digest(parts | {name: npy(variant)}))
+    check_refusal(file, with_digest(parts | {"more.npy": npy(np.zeros(3))}))
 
 
-def replaced(record, path, value):
+def with_entry(record, path, value):
     """Return a copy of a nested record with another value at a path."""
     copy = json.loads(json.dumps(record))
     at = copy
@@ -175,63 +177,65 @@ def paths(record, before=()):
 
 
 @pytest.mark.parametrize("kind", METHODS)
-def test_every_entry_of_the_record_is_checked(kind, saved, tmp_path):
+def test_every_entry_of_the_record_is_checked(kind, file_contents, tmp_path):
     """A changed entry is refused, or what is loaded can be evaluated."""
-    parts = members(saved[kind])
+    parts = members(file_contents[kind])
     file = tmp_path / "s.npz"
     about = json.loads(str(np.load(io.BytesIO(parts["about.npy"]))))
-    loaded = 0
+    load_count = 0
     for path in paths(about):
         for value in (None, 10**18, "Ω", []):
-            record = json.dumps(replaced(about, path, value))
-            file.write_bytes(sealed(parts | {"about.npy": npy(np.array(record))}))
+            record = json.dumps(with_entry(about, path, value))
+            file.write_bytes(with_digest(parts | {"about.npy": npy(np.array(record))}))
             try:
                 surrogate = fb.load_surrogate(file)
             except fb.errors.InputError:
                 continue
-            loaded += 1
+            load_count += 1
             space = surrogate.space
             middle = np.zeros((1, space.random_dimension)), np.zeros((1, space.interval_dimension))
             assert surrogate.standard(*middle).shape == (1, *surrogate.labels.shape[1:])
-    assert loaded < 200  # means, names of outputs, units
+    assert load_count < 200  # means, names of outputs, units
 
 
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "1" * 5000])
-def test_numbers_of_the_record_are_finite(number, saved, tmp_path):
-    parts = members(saved["plain"])
+def test_numbers_of_the_record_are_finite(number, file_contents, tmp_path):
+    parts = members(file_contents["plain"])
     about = str(np.load(io.BytesIO(parts["about.npy"])))
     record = about.replace('["mean", 0.0]', f'["mean", {number}]')
     assert record != about
-    refused(tmp_path / "s.npz", sealed(parts | {"about.npy": npy(np.array(record))}))
+    check_refusal(tmp_path / "s.npz", with_digest(parts | {"about.npy": npy(np.array(record))}))
 
 
-def test_the_format_has_a_version(saved, tmp_path):
-    parts = members(saved["plain"])
+def test_the_format_has_a_version(file_contents, tmp_path):
+    parts = members(file_contents["plain"])
     about = str(np.load(io.BytesIO(parts["about.npy"]))).replace('"format": 9', '"format": 5')
-    content = sealed(parts | {"about.npy": npy(np.array(about))})
-    refused(tmp_path / "s.npz", content, "the format of the surrogate is 5, not 9; save it again")
+    content = with_digest(parts | {"about.npy": npy(np.array(about))})
+    check_refusal(
+        tmp_path / "s.npz", content, "the format of the surrogate is 5, not 9; save it again"
+    )
 
 
-def test_a_file_of_the_format_without_corrections_is_read(saved, tmp_path):
-    parts = members(saved["adaptive"])
+def test_a_file_of_the_format_without_corrections_is_read(file_contents, tmp_path):
+    parts = members(file_contents["adaptive"])
     file = tmp_path / "s.npz"
     about = str(np.load(io.BytesIO(parts["about.npy"]))).replace('"format": 9', '"format": 7')
-    file.write_bytes(sealed(parts | {"about.npy": npy(np.array(about))}))
+    file.write_bytes(with_digest(parts | {"about.npy": npy(np.array(about))}))
     assert fb.load_surrogate(file).correction == ()
 
 
-def test_the_polynomials_are_those_of_the_inputs(saved, tmp_path):
-    parts = members(saved["plain"])
+def test_the_polynomials_are_those_of_the_inputs(file_contents, tmp_path):
+    parts = members(file_contents["plain"])
     (name,) = (name for name in parts if name.endswith("/families.npy"))
     names = np.load(io.BytesIO(parts[name]))
-    changed = npy(np.where(names == "Hermite", "Legendre", "Hermite"))
+    families = npy(np.where(names == "Hermite", "Legendre", "Hermite"))
     text = "families of an expansion must be those of its inputs"
-    refused(tmp_path / "s.npz", sealed(parts | {name: changed}), text)
+    check_refusal(tmp_path / "s.npz", with_digest(parts | {name: families}), text)
 
 
-def test_a_small_file_cannot_fill_the_memory(saved, tmp_path):
-    parts = members(saved["plain"])
-    content = zipped(parts | {"bomb.npy": npy(np.zeros(2**24))}, zipfile.ZIP_DEFLATED)
+def test_a_small_file_cannot_fill_the_memory(file_contents, tmp_path):
+    parts = members(file_contents["plain"])
+    content = archive_of(parts | {"bomb.npy": npy(np.zeros(2**24))}, zipfile.ZIP_DEFLATED)
     about = str(np.load(io.BytesIO(parts["about.npy"])))
     records = [
         "[" * 100_000,
@@ -240,13 +244,13 @@ def test_a_small_file_cannot_fill_the_memory(saved, tmp_path):
     ]
     assert records[1] != about
     assert records[2] != about
-    files = [content, *(sealed(parts | {"about.npy": npy(np.array(r))}) for r in records)]
+    files = [content, *(with_digest(parts | {"about.npy": npy(np.array(r))}) for r in records)]
     tracemalloc.start()
     for content in files:
-        refused(tmp_path / "s.npz", content)
-    most = tracemalloc.get_traced_memory()[1]
+        check_refusal(tmp_path / "s.npz", content)
+    peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert most < 1e8
+    assert peak < 1e8
 
 
 @pytest.mark.filterwarnings("ignore:input .* changes no output:flexband.errors.FlexbandWarning")
@@ -261,6 +265,6 @@ def test_a_surrogate_that_compresses_well_is_saved_all_the_same(tmp_path, monkey
 @pytest.mark.parametrize("file", [None, 3, b"s.npz", ["s.npz"], "\0", "s" * 5000])
 def test_a_file_is_a_path(file):
     surrogate = fb.expand(lambda x: x, {"x": fb.Interval(0, 1)}, fb.PCCI(0, 1))
-    for use in (fb.load_surrogate, lambda own: fb.save_surrogate(surrogate, own)):
+    for use in (fb.load_surrogate, lambda path: fb.save_surrogate(surrogate, path)):
         with pytest.raises(fb.errors.InputError, match="file must be a path"):
             use(file)

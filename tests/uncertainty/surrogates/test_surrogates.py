@@ -35,10 +35,10 @@ def test_a_saved_surrogate_is_the_same(method, tmp_path):
     surrogate = fb.expand(case.response, case.inputs, method)
     file = tmp_path / "deep" / "wave.npz"
     fb.save_surrogate(surrogate, file)
-    again = fb.load_surrogate(file)
-    xr.testing.assert_identical(again.bands(), surrogate.bands())
+    copy = fb.load_surrogate(file)
+    xr.testing.assert_identical(copy.bands(), surrogate.bands())
     points = {"x": np.array([0.3, -1.0]), "e": np.array([0.5, -0.2])}
-    xr.testing.assert_identical(again.evaluate(**points), surrogate.evaluate(**points))
+    xr.testing.assert_identical(copy.evaluate(**points), surrogate.evaluate(**points))
     assert [f.name for f in file.parent.iterdir()] == ["wave.npz"]
 
 
@@ -50,11 +50,11 @@ def test_a_surrogate_does_not_keep_the_runs():
     tracemalloc.start()
     try:
         surrogate = fb.expand(response, inputs, fb.PCCI(3, 3))
-        kept, _ = tracemalloc.get_traced_memory()
+        memory, _ = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()
     assert len(surrogate.labels) == 0
-    assert kept < 1.5 * 16 * 10_000 * 8  # the coefficients
+    assert memory < 1.5 * 16 * 10_000 * 8  # the coefficients
 
 
 def test_values_and_moments_are_those_of_the_response():
@@ -79,9 +79,9 @@ def test_moments_of_two_carriers():
     assert int(surrogate.diagnostics["carriers"]) == 2
     x, weights = normal_rule(281)
     mean, variance = moments(weights, case.response(x=x, e=np.full_like(x, -0.4)).values)
-    found = surrogate.moments(e=-0.4)
-    np.testing.assert_allclose(found["mean"][0], mean, atol=5e-3)
-    np.testing.assert_allclose(found["std"][0] ** 2, variance, atol=0.025)
+    result = surrogate.moments(e=-0.4)
+    np.testing.assert_allclose(result["mean"][0], mean, atol=5e-3)
+    np.testing.assert_allclose(result["std"][0] ** 2, variance, atol=0.025)
 
 
 def field_response(stiffness, load, angle):
@@ -103,11 +103,11 @@ def test_fields_are_given_by_their_standard_variables(tmp_path):
     xi = np.linspace(-1, 1, 3 * terms).reshape(3, terms)
     field = FIELD_INPUTS["stiffness"].value(xi)
     points = {"load": np.array([1.0, 1.5, 2.0]), "angle": np.array([0.4, 0.5, 0.6])}
-    found = surrogate.evaluate(stiffness=xi, **points)
-    np.testing.assert_allclose(found, field_response(field, **points), atol=1e-4)
+    values = surrogate.evaluate(stiffness=xi, **points)
+    np.testing.assert_allclose(values, field_response(field, **points), atol=1e-4)
     fb.save_surrogate(surrogate, tmp_path / "s.npz")
-    again = fb.load_surrogate(tmp_path / "s.npz")
-    xr.testing.assert_identical(again.evaluate(stiffness=xi, **points), found)
+    copy = fb.load_surrogate(tmp_path / "s.npz")
+    xr.testing.assert_identical(copy.evaluate(stiffness=xi, **points), values)
 
 
 @pytest.mark.parametrize(
@@ -178,8 +178,8 @@ def test_plain_expansions_run_without_the_machinery_of_phases(tmp_path):
         print(*sys.modules)
     """
     run = [sys.executable, "-c", textwrap.dedent(code)]
-    loaded = subprocess.run(run, capture_output=True, text=True, check=True).stdout.split()
-    rooms = {name.split(".")[2] for name in loaded if name.startswith("flexband.uncertainty.")}
+    modules = subprocess.run(run, capture_output=True, text=True, check=True).stdout.split()
+    rooms = {name.split(".")[2] for name in modules if name.startswith("flexband.uncertainty.")}
     assert {"expansions", "inputs", "surrogates"} <= rooms
     assert not {"phases", "phase_resolved", "adaptive"} & rooms
 
@@ -206,15 +206,15 @@ def test_a_surrogate_says_when_it_extrapolates(tmp_path):
     )
     fb.save_surrogate(surrogate, tmp_path / "s.npz")
     low, high = (surrogate.diagnostics.attrs[f"{end}_xi"] for end in ("lowest", "highest"))
-    for own in (surrogate, fb.load_surrogate(tmp_path / "s.npz")):
-        own.evaluate(x=[5.1, 14.9], f=[[-4.9, 4.9]], e=[0.0, 1.0])
+    for expansion in (surrogate, fb.load_surrogate(tmp_path / "s.npz")):
+        expansion.evaluate(x=[5.1, 14.9], f=[[-4.9, 4.9]], e=[0.0, 1.0])
         reach = rf"between \({10 + low[2]:.6g}, ξ = {low[2]:.3g}\) and \({10 + high[2]:.6g}, ξ = "
         with pytest.warns(
             fb.errors.FlexbandWarning, match=rf"x \(-10, ξ = -20\) is beyond .* {reach}"
         ):
-            own.evaluate(x=[9.0, -10.0], f=[[0.0, 7.0]], e=0.5)
+            expansion.evaluate(x=[9.0, -10.0], f=[[0.0, 7.0]], e=0.5)
         with pytest.warns(fb.errors.FlexbandWarning, match=r"f\[1\] \(ξ = 7\) is beyond .*ξ = -"):
-            own.evaluate(x=10.0, f=[[0.0, 7.0]], e=0.5)
+            expansion.evaluate(x=10.0, f=[[0.0, 7.0]], e=0.5)
     with pytest.raises(fb.errors.InputError, match=r"e: values must be from 0 to 1; got 1\.1"):
         surrogate.evaluate(x=10.0, f=[[0.0, 0.0]], e=1.1)
 
@@ -229,9 +229,9 @@ def test_results_have_long_names_and_units():
     for method in (fb.PCCI(1, 1), fb.AdaptivePCCI(0.01), fb.LHSScanning(4, 2)):
         for units in (["N", "N"], ["N", "m"]):
             bands = fb.propagate(response, inputs, method, sigmas=2)
-            own = bands["error_bar"].attrs
-            assert own["long_name"] == "interval error bar: lowest μ − 2σ and highest μ + 2σ"
-            assert own.get("units") == ("N" if units == ["N", "N"] else None)
+            attrs = bands["error_bar"].attrs
+            assert attrs["long_name"] == "interval error bar: lowest μ − 2σ and highest μ + 2σ"
+            assert attrs.get("units") == ("N" if units == ["N", "N"] else None)
             assert all("long_name" in bands[name].attrs for name in bands.data_vars)
             assert "units" not in bands["mean_at"].attrs
 
@@ -254,11 +254,11 @@ def test_parts_of_the_expected_error_add_up_for_every_k():
     for k in (0.5, 1.0, 3.0):
         bands = surrogate.bands(k)
         exact = 0.1 + k
-        told = float(bands["error_bar_discretization_error"])
+        estimate = float(bands["error_bar_discretization_error"])
         true = abs(float(bands["error_bar"][1]) - exact)
         assert true == pytest.approx(0.01 * k, rel=1e-6)
-        assert told == pytest.approx(0.01 * max(k, np.sqrt((1 + k * k) / 2)), rel=0.02)
-        own = bands.attrs
-        assert own["expected_error"] == pytest.approx(
-            own["expansion_error"] + own["discretization_error"], rel=1e-6
+        assert estimate == pytest.approx(0.01 * max(k, np.sqrt((1 + k * k) / 2)), rel=0.02)
+        attrs = bands.attrs
+        assert attrs["expected_error"] == pytest.approx(
+            attrs["expansion_error"] + attrs["discretization_error"], rel=1e-6
         )

@@ -77,10 +77,10 @@ def test_there_is_no_verdict_where_no_row_is_near():
     surrogate = fb.surrogate_of({**rows, "u": smooth(**rows)}, INPUTS)
     (doubt,) = doubts_of(surrogate)
     assert doubt == "no row of the table is near low a, high a"
-    together = draw(60)
+    table = draw(60)
     inputs = {"a": fb.Interval(-1.0, 1.0), "b": fb.Interval(-1.0, 1.0)}
-    both = {"a": together["a"], "b": together["a"] + 0.01 * together["x"]}
-    along = {k: np.clip(v, -1, 1) for k, v in both.items()}
+    columns = {"a": table["a"], "b": table["a"] + 0.01 * table["x"]}
+    along = {k: np.clip(v, -1, 1) for k, v in columns.items()}
     doubts = doubts_of(fb.surrogate_of({**along, "u": along["a"] - along["b"]}, inputs))
     assert "low a with high b, high a with low b" in doubts[-1]
 
@@ -134,21 +134,21 @@ def test_rows_beyond_an_interval_are_used_and_do_not_count():
 def test_a_csv_a_data_frame_and_a_store_are_tables(tmp_path):
     rows = draw(40)
     values = smooth(**rows)
-    plain = fb.surrogate_of({**rows, "u": values}, INPUTS).bands()
+    expected = fb.surrogate_of({**rows, "u": values}, INPUTS).bands()
     file = tmp_path / "table.csv"
-    with file.open("w", newline="") as opened:
-        writer = csv.writer(opened)
+    with file.open("w", newline="") as stream:
+        writer = csv.writer(stream)
         writer.writerow(["a [mm]", "x", "u [N]"])
         writer.writerows(zip(*rows.values(), values, strict=True))
-    read = fb.surrogate_of(file, INPUTS, units={"a": "mm", "u": "N"}).bands()
-    assert read.equals(plain)
+    of_file = fb.surrogate_of(file, INPUTS, units={"a": "mm", "u": "N"}).bands()
+    assert of_file.equals(expected)
     with pytest.raises(fb.errors.InputError, match=r"a must be in 'm', as given; it is in 'mm'"):
         fb.surrogate_of(file, INPUTS, units={"a": "m"})
     frame = xr.Dataset({k: ("row", v) for k, v in {**rows, "u": values}.items()}).to_dataframe()
-    assert fb.surrogate_of(frame, INPUTS).bands().equals(plain)
+    assert fb.surrogate_of(frame, INPUTS).bands().equals(expected)
     fb.propagate(smooth, INPUTS, fb.AdaptivePCCI(1e-3), store=tmp_path / "runs")
-    stored = fb.surrogate_of(tmp_path / "runs", INPUTS)
-    np.testing.assert_allclose(stored.bands()["mean"][1], MEAN, rtol=1e-3)
+    of_runs = fb.surrogate_of(tmp_path / "runs", INPUTS)
+    np.testing.assert_allclose(of_runs.bands()["mean"][1], MEAN, rtol=1e-3)
 
 
 def test_tables_of_times_are_wide_or_long():

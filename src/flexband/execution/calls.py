@@ -54,26 +54,27 @@ class Workers(ABC):
         """Give what performs tasks."""
 
 
-def perform(response: ResponseFunction, arguments: Arguments) -> Outcome:
-    """Call the response; `SystemExit` is an error as any other."""
-    begin = time.perf_counter()
-    with catching() as remarks:
-        try:
-            value = response(**arguments)
-            error = None
-        except Exception as exception:
-            value = None
-            error = exception
-        except SystemExit as exception:
-            value = None
-            error = RuntimeError(f"the response called sys.exit({exception.code!r})")
-    return Outcome(value, error, time.perf_counter() - begin, tuple(remarks))
-
-
 def in_process(response: ResponseFunction, tasks: Tasks) -> Outcomes:
-    """Perform one task after another in this process."""
-    for number, arguments in enumerate(tasks):
-        yield number, perform(response, arguments())
+    """Perform one task after another in this process; `SystemExit` is an error as any other."""
+    for number, task in enumerate(tasks):
+        arguments = task()
+        begin = time.perf_counter()
+        with catching() as remarks:
+            try:
+                value = response(**arguments)
+                error = None
+            except Exception as raised:
+                value = None
+                error = raised
+            except SystemExit as raised:
+                value = None
+                error = RuntimeError(f"the response called sys.exit({raised.code!r})")
+        yield number, Outcome(value, error, time.perf_counter() - begin, tuple(remarks))
+
+
+def perform(response: ResponseFunction, arguments: Arguments) -> Outcome:
+    """Perform one task in this process."""
+    return next(in_process(response, [lambda: arguments]))[1]
 
 
 @lru_cache(maxsize=4)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import replace
 
 import xarray as xr
@@ -17,7 +18,7 @@ from flexband.uncertainty.runs import BATCH
 from flexband.uncertainty.runs.between import between_times
 from flexband.uncertainty.runs.evaluations import EvaluationOptions, OutputCheck
 from flexband.uncertainty.runs.fine_enough import start_fine_enough
-from flexband.uncertainty.runs.runs import CountedRuns, in_cases
+from flexband.uncertainty.runs.runs import CountedRuns, counted_runs
 from flexband.uncertainty.surrogates.bands import with_names_and_units
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, over_choices
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
@@ -111,16 +112,12 @@ def propagate(
     method = as_method(method)
     options = EvaluationOptions(batch, store, executor, failed, most_runs, check, progress)
 
-    def solved(runs: CountedRuns) -> xr.Dataset:
-        start_fine_enough(runs)
-        bands = method.solve(runs.space, runs.start, sigmas)
-        run_attributes = runs.attributes(bands.attrs)
-        excursions = between_times(runs, bands)
-        return with_names_and_units(
-            bands.assign(excursions.variables).assign_attrs(run_attributes | excursions.attrs)
-        )
-
-    results = in_cases(solved, response, inputs, method, options)
+    results: dict[str, xr.Dataset] = {}
+    with closing(counted_runs(response, inputs, method, options)) as runs_of_cases:
+        for runs in runs_of_cases:
+            start_fine_enough(runs)
+            bands = method.solve(runs.space, runs.start, sigmas)
+            results[runs.case] = with_names_and_units(_with_run_counts(runs, bands))
     return results[""] if len(results) == 1 else over_choices(inputs, results)
 
 
@@ -156,15 +153,18 @@ def expand(
 
     options = EvaluationOptions(batch, store, executor, failed, most_runs, check, progress)
 
-    def expanded(runs: CountedRuns) -> Surrogate:
-        start_fine_enough(runs)
-        surrogate = method.expand(runs.space, runs.start)
-        run_attributes = runs.attributes(surrogate.diagnostics.attrs)
-        excursions = between_times(runs, surrogate.diagnostics)
-        diagnostics = surrogate.diagnostics.assign(excursions.variables)
-        return replace(
-            surrogate, diagnostics=diagnostics.assign_attrs(run_attributes | excursions.attrs)
-        )
-
-    surrogates = in_cases(expanded, response, inputs, method, options)
+    surrogates: dict[str, Surrogate] = {}
+    with closing(counted_runs(response, inputs, method, options)) as runs_of_cases:
+        for runs in runs_of_cases:
+            start_fine_enough(runs)
+            surrogate = method.expand(runs.space, runs.start)
+            diagnostics = _with_run_counts(runs, surrogate.diagnostics)
+            surrogates[runs.case] = replace(surrogate, diagnostics=diagnostics)
     return surrogates[""] if len(surrogates) == 1 else SurrogateOfChoices(inputs, surrogates)
+
+
+def _with_run_counts(runs: CountedRuns, result: xr.Dataset) -> xr.Dataset:
+    """Return a result with what is known of its runs, also between the times of its outputs."""
+    counts = runs.attributes(result.attrs)
+    between = between_times(runs, result)
+    return result.assign(between.variables).assign_attrs(counts | between.attrs)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -15,7 +16,7 @@ from flexband.basics.response import ResponseFunction, as_response
 from flexband.basics.warning import warning_once
 from flexband.basics.words import all_of, are, number_of, value_text
 from flexband.errors import InputError, RunError, RunsNeeded, StrainWarning
-from flexband.execution.calls import Performing, in_process
+from flexband.execution.calls import Outcome, Performing, in_process
 from flexband.execution.executors import ExecutorLike, performer_of
 from flexband.execution.record import RunRecorder
 from flexband.execution.store import Store, StoreLike, as_store
@@ -63,6 +64,14 @@ def checked_policy(failed: str) -> str:
     """
     check_option("failed", failed, POLICIES)
     return failed
+
+
+class FailedRun(NamedTuple):
+    """Why a run failed."""
+
+    reason: str
+    error: Exception | None  # that the response raised
+    seconds: float  # wall time [s]
 
 
 @dataclass
@@ -119,8 +128,34 @@ class Evaluations:
         if response.elsewhere and len(evaluation.missing):
             names = space.recorded_at(*space.nominal())
             raise RunsNeeded(evaluation.numbers[evaluation.missing], names, setting)
-        call_size = 1 if response.one_by_one else self.batch
-        self._make(evaluation, evaluation.missing, call_size, advance)
+        rounds = [self._parts(evaluation)]
+        within = (lambda done, total: advance(0, done)) if self.perform is in_process else None
+        while rounds:
+            parts = rounds.pop()
+            tasks = [lambda part=part: evaluation.arguments(part) for part in parts]
+            unclear: list[np.ndarray] = []
+            failures: dict[int, FailedRun] = {}
+            # Take each call as it ends.
+            with (
+                listening(RunListener(within)),
+                closing(self.perform(response.original, tasks)) as outcomes,
+            ):
+                for number, outcome in outcomes:
+                    call_failures = self._take(evaluation, parts[number], outcome, advance)
+                    if call_failures is None:
+                        unclear.append(parts[number])
+                    elif self.failed == "half step":
+                        failures |= call_failures
+                    else:
+                        self._fail(evaluation, call_failures, advance)
+            # Try failed runs with shorter steps.
+            for run in list(failures):
+                if self._with_shorter_steps(evaluation, np.array([run])):
+                    del failures[run]
+                    advance(1)
+            self._fail(evaluation, failures, advance)
+            # Halve the calls of which it is not known which runs fail, the first one first.
+            rounds += [np.array_split(part, 2) for part in reversed(unclear)]
         if evaluation.values is None:
             reason = next(iter(evaluation.failed.values()))
             raise RunError(f"{all_of(len(points[0]), 'run')} failed; the first: {reason}", {})
@@ -147,75 +182,49 @@ class Evaluations:
             evaluation.leave_out({int(hits[k]): reason for k, reason in reasons.items()})
         advance(len(rows) - len(evaluation.missing))
 
-    def _make(
-        self, evaluation: Evaluated, runs: np.ndarray, call_size: int, advance: Advance
-    ) -> None:
-        """Make runs, at most so many in one call."""
-        # Split the runs into calls, each with the same random options.
+    def _parts(self, evaluation: Evaluated) -> list[np.ndarray]:
+        """Return the numbers of the missing runs by call: runs of one have the same options."""
+        size = 1 if evaluation.response.one_by_one else self.batch
+        runs = evaluation.missing
         groups = evaluation.space.groups_of_options(evaluation.points[0][runs])
-        parts = [
-            runs[group[k : k + call_size]]
-            for group in groups
-            for k in range(0, len(group), call_size)
-        ]
-        tasks = [lambda part=part: evaluation.arguments(part) for part in parts]
-        unclear: list[np.ndarray] = []
-        failed: dict[int, tuple[str, Exception | None, float]] = {}
-        one_call_at_a_time = self.perform is in_process
-        within = RunListener((lambda done, total: advance(0, done)) if one_call_at_a_time else None)
-        response = evaluation.response.original
-        # Take each call as it ends; it may be unclear which of its runs failed.
-        with listening(within), closing(self.perform(response, tasks)) as outcomes:
-            for number, outcome in outcomes:
-                part, seconds = parts[number], outcome.seconds / len(parts[number])
-                evaluation.remark(part, outcome.remarks)
-                good_runs, values, failures, error = evaluation.judged(part, outcome)
-                if values is not None and len(good_runs):
-                    evaluation.take(good_runs, values)
-                    evaluation.write(good_runs, values, "", seconds)
-                    advance(len(good_runs))
-                if error is not None and not failures and self.failed == "stop":
-                    raise error
-                if error is not None and not failures:
-                    unclear.append(part)
-                for run, reason in failures.items():
-                    failed[run] = reason, error, seconds
-                if failed and self.failed != "half step":
-                    self._fail(evaluation, failed, advance)
-                    failed = {}
-        # Try failed runs with shorter steps.
-        for run in list(failed):
-            if self._with_shorter_steps(evaluation, np.array([run])):
-                del failed[run]
-                advance(1)
-        if failed:
-            self._fail(evaluation, failed, advance)
-        # Halve calls that failed as a whole, to find the runs that fail.
-        for part in unclear:
-            self._make(evaluation, part, -(-len(part) // 2), advance)
+        return [runs[group[k : k + size]] for group in groups for k in range(0, len(group), size)]
+
+    def _take(
+        self, evaluation: Evaluated, runs: np.ndarray, outcome: Outcome, advance: Advance
+    ) -> dict[int, FailedRun] | None:
+        """Take the outcome of a call; return its failed runs, or None if these are not known."""
+        seconds = outcome.seconds / len(runs)
+        evaluation.remark(runs, outcome.remarks)
+        good_runs, values, failures, error = evaluation.judged(runs, outcome)
+        if values is not None and len(good_runs):
+            evaluation.take(good_runs, values)
+            evaluation.write(good_runs, values, "", seconds)
+            advance(len(good_runs))
+        if error is not None and not failures:
+            if self.failed == "stop":
+                raise error
+            return None
+        return {run: FailedRun(reason, error, seconds) for run, reason in failures.items()}
 
     def _fail(
-        self,
-        evaluation: Evaluated,
-        failed: Mapping[int, tuple[str, Exception | None, float]],
-        advance: Advance,
+        self, evaluation: Evaluated, failures: Mapping[int, FailedRun], advance: Advance
     ) -> None:
         """Record failed runs, and raise the error of one unless they are left out."""
-        for run, (reason, _, seconds) in failed.items():
-            evaluation.write(np.array([run]), None, reason, seconds)
-        evaluation.leave_out({run: reason for run, (reason, _, _) in failed.items()})
-        for reason, run_error, _ in failed.values():
-            error = InputError(reason) if run_error is None else run_error
+        for run, failure in failures.items():
+            evaluation.write(np.array([run]), None, failure.reason, failure.seconds)
+        evaluation.leave_out({run: failure.reason for run, failure in failures.items()})
+        for failure in failures.values():
+            error = failure.error or InputError(failure.reason)
             if self.failed != "skip":
                 raise error
             if evaluation.values is None and len(evaluation.failed) >= self.failures_before_stop:
                 raise RunError(
                     f"all of the first {number_of(len(evaluation.failed), 'run')} failed, so that "
-                    "no further one is "
-                    f"made; one of them: {error}",
+                    f"no further one is made; one of them: {error}",
                     {},
                 ) from error
-        advance(len(failed))
+        if failures:
+            advance(len(failures))
 
     def _with_shorter_steps(self, evaluation: Evaluated, run: np.ndarray) -> bool:
         """Make a run with half the step, a quarter, …; return whether that succeeds."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import suppress
+from enum import Enum
 from functools import cached_property
 from typing import Any, TypeVar
 
@@ -11,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.basics.checks import check_function, check_integer
-from flexband.basics.progress import Budget, Progress
+from flexband.basics.progress import Advance, Budget, Progress
 from flexband.basics.response import Description, Response, ResponseFunction, as_response
 from flexband.basics.warning import warn, without_warnings
 from flexband.basics.words import number_of, value_text
@@ -24,6 +25,7 @@ from flexband.uncertainty.inputs.one_sample import of_one_sample
 from flexband.uncertainty.inputs.space import Space, check_names
 from flexband.uncertainty.inputs.unfolding import GivenInputs, cases, in_words
 from flexband.uncertainty.methods.method import REFINEMENTS, Evaluate, Method, check_runs
+from flexband.uncertainty.runs.evaluated import Evaluated
 from flexband.uncertainty.runs.evaluations import (
     EvaluationOptions,
     Evaluations,
@@ -35,20 +37,15 @@ from flexband.uncertainty.runs.reuse import generic_runs, keep_domains, locate_d
 from flexband.uncertainty.surrogates.extrapolation import reached_range
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-Result = TypeVar("Result")
 Answer = TypeVar("Answer")
 
 
-def in_cases(
-    solve: Callable[[CountedRuns], Result],
-    function: ResponseFunction,
-    inputs: GivenInputs,
-    method: Method,
-    options: EvaluationOptions,
-) -> dict[str, Result]:
-    """Return what is solved for every combination of options, by its label.
+def counted_runs(
+    function: ResponseFunction, inputs: GivenInputs, method: Method, options: EvaluationOptions
+) -> Generator[CountedRuns, None, None]:
+    """Yield the runs of every combination of options; those of one are made before the next.
 
-    The other arguments and errors are those of `propagate`.
+    The store is closed with the generator. Errors are those of `propagate`.
     """
     check_function("response", function)
     check_names(function, inputs)
@@ -56,14 +53,13 @@ def in_cases(
     with without_warnings(ResolutionWarning):
         new_inputs, exploration_runs = locate_domains(function, inputs, as_store(options.store))
     all_inputs = cases(new_inputs)
-    results: dict[str, Result] = {}
+    remaining = len(all_inputs)
     finished_runs = 0
     labels = None
     budget = None
 
     def advance(done: int, total: int) -> None:
         nonlocal budget
-        remaining = len(all_inputs) - len(results)
         overall_total = finished_runs + total * remaining
         if isinstance(total, Budget):
             budget = total
@@ -72,7 +68,6 @@ def in_cases(
         if options.progress is not None:
             options.progress(finished_runs + done, overall_total)
 
-    # Solve for each combination, with the labels of the ones before.
     with evaluations(function, new_inputs, options) as evaluate:
         if exploration_runs:
             keep_domains(function, new_inputs, evaluate.record)
@@ -84,14 +79,25 @@ def in_cases(
             runs.case = label
             runs.exploration_runs = exploration_runs
             runs.check_left_out()
-            results[label] = solve(runs)
+            yield runs
             labels = runs.labels
-            finished_runs = finished_runs + runs.done
-    return results
+            finished_runs += runs.done
+            remaining -= 1
 
 
 Call = tuple[np.ndarray, np.ndarray, np.ndarray]
 """ξ, η and values of evaluations."""
+
+
+class Purpose(Enum):
+    """What runs are made for."""
+
+    DESIGN = "points of the method"
+    """They are recorded and counted, and the method has them."""
+    PROBE = "effects of inputs"
+    """They are recorded and counted."""
+    REPETITION = "comparison with runs that were made"
+    """They are neither recorded nor counted."""
 
 
 class CountedRuns:
@@ -158,50 +164,45 @@ class CountedRuns:
         """The response on the discretization that a user gives."""
         return Level(self, self.response)
 
-    def __call__(
-        self,
-        response: Response,
-        refined_parts: tuple[str, ...],
-        xi: np.ndarray,
-        eta: np.ndarray,
-        *,
-        recorded: bool = True,
-    ) -> xr.DataArray:
-        """Evaluate the response, or one with a finer discretization of its `refined_parts`.
-
-        Runs that are not recorded are not counted either.
-        """
-        advance = self._advance if recorded else self._show
-        if recorded:
-            self.total = max(self.total, self.done + len(xi))
+    def begin(self, count: int, purpose: Purpose) -> Advance:
+        """Report that so many runs begin; return what takes their progress."""
+        if purpose is not Purpose.REPETITION:
+            self.total = max(self.total, self.done + count)
         if not self.done:
             self.progress(0, self.budget)
-        run_setting = setting(self.case, refined_parts, response.branch)
-        evaluation = self.evaluations(
-            response, self.space, run_setting, (xi, eta), self.labels, advance, recorded=recorded
-        )
+        return self._show if purpose is Purpose.REPETITION else self._advance
+
+    def take(self, level: Level, evaluation: Evaluated, purpose: Purpose) -> xr.DataArray:
+        """Return the values of runs that were made; raise `RunError` if all are needed."""
         assert evaluation.values is not None
         if evaluation.failed and not self.method.skips_failed:
-            run, reason = next(iter(evaluation.failed.items()))
-            raise RunError(
-                f"{self.method!r} needs every run of its design; {len(evaluation.failed)} of "
-                f"{number_of(len(xi), 'run')} failed, one of them: {reason}; "
-                f"{inputs_in_words(self.space, xi[[run]], eta[[run]])}\n"
-                "RegressionPCCI goes on without them, and so do the scanning methods if other runs "
-                "succeed at every point of the scan",
-                {k: (0.0, why) for k, why in evaluation.failed.items()},
-            )
-        if self.stored is None and recorded:
-            self.stored = evaluation.stored
+            raise self._missing_runs(evaluation)
         first = self.labels is None
         self.labels = evaluation.values[:0].copy()  # a view would keep all values
         if first and self.check is not None:
             self.check(self.labels)
-        if recorded:
-            self.remark(refined_parts, evaluation.collected_remarks)
-        if recorded and not self.levels:
-            evaluation.check_size()
+        if purpose is not Purpose.REPETITION:
+            if self.stored is None:
+                self.stored = evaluation.stored
+            self.remark(level.refined_parts, evaluation.collected_remarks)
+            if not self.levels:
+                evaluation.check_size()
+        if purpose is Purpose.DESIGN:
+            self._keep(level, (*evaluation.points, evaluation.values.values))
         return evaluation.values
+
+    def _missing_runs(self, evaluation: Evaluated) -> RunError:
+        """Return the error of a method that needs the runs that failed."""
+        run, reason = next(iter(evaluation.failed.items()))
+        xi, eta = (v[[run]] for v in evaluation.points)
+        return RunError(
+            f"{self.method!r} needs every run of its design; {len(evaluation.failed)} of "
+            f"{number_of(len(evaluation.points[0]), 'run')} failed, one of them: {reason}; "
+            f"{inputs_in_words(self.space, xi, eta)}\n"
+            "RegressionPCCI goes on without them, and so do the scanning methods if other runs "
+            "succeed at every point of the scan",
+            {k: (0.0, why) for k, why in evaluation.failed.items()},
+        )
 
     def remark(self, refined_parts: Iterable[str], remarks: Iterable[CollectedRemark]) -> None:
         """Keep remarks on runs with a finer discretization of some parts."""
@@ -220,11 +221,11 @@ class CountedRuns:
         assert evaluation.values is not None
         return evaluation.values[np.setdiff1d(np.arange(len(xi)), list(evaluation.failed))]
 
-    def keep(self, level: Level, call: Call) -> None:
+    def _keep(self, level: Level, call: Call) -> None:
         """Keep runs that succeeded; of the first ones, one is made again."""
         if not self.levels:
             with catching() as remarks:
-                self._repeat(level.response, *call)
+                self._repeat(level, *call)
             of_outputs = (remark for remark in remarks if remark.outputs)  # which are noisy
             self.remark(level.refined_parts, [CollectedRemark(remark, 1) for remark in of_outputs])
         success_mask = _is_success(call[2])
@@ -237,9 +238,7 @@ class CountedRuns:
             call = *call[:2], np.zeros(0)
         level.calls.append(call)
 
-    def _repeat(
-        self, response: Response, xi: np.ndarray, eta: np.ndarray, values: np.ndarray
-    ) -> None:
+    def _repeat(self, level: Level, xi: np.ndarray, eta: np.ndarray, values: np.ndarray) -> None:
         """Make one of the runs again, alone, and refuse or remark what makes a difference.
 
         Of runs that a store has kept, two are made again, once for a store. They count as the one
@@ -247,7 +246,7 @@ class CountedRuns:
         """
         record = self.evaluations.record
         stored = self.stored
-        if response.elsewhere:
+        if level.response.elsewhere:
             return
         assert self.labels is not None  # there are runs
         labels = self.labels
@@ -258,9 +257,7 @@ class CountedRuns:
             if not record.confirmed:
                 rerun_numbers = np.unique([old[0], old[-1]])
                 with without_warnings():
-                    new = self(
-                        response, (), xi[rerun_numbers], eta[rerun_numbers], recorded=False
-                    ).values
+                    new = level(xi[rerun_numbers], eta[rerun_numbers], Purpose.REPETITION).values
                 check_stored(values[success_mask], values[rerun_numbers], new, labels, record.store)
                 record.confirmed = True
             self._count_repeated(1)
@@ -275,7 +272,7 @@ class CountedRuns:
         def again(copies: int) -> np.ndarray:
             points = (np.repeat(v[run : run + 1], copies, axis=0) for v in (xi, eta))
             with without_warnings():
-                values = self(response, (), *points, recorded=False).values
+                values = level(*points, Purpose.REPETITION).values
             self._count_repeated(copies)
             return values
 
@@ -368,7 +365,7 @@ class CountedRuns:
         probe_points = probes(self.space, suspects)
         if suspects and self.done + len(probe_points[0]) <= self.total:
             with suppress(Exception), without_warnings(ResolutionWarning):  # failures prove nothing
-                values = self(level.response, (), *probe_points).values
+                values = level(*probe_points, Purpose.PROBE).values
                 idle_names = self._without_effect([(*probe_points, values)])[1]
                 idle_inputs |= {
                     name: len(probe_points[0]) for name in suspects if name in idle_names
@@ -403,13 +400,23 @@ class Level(Evaluate):
         self.calls: list[Call] = []
         self.all_have_effects = False  # whether the first runs show effects of every input
 
-    def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
-        with without_warnings(
-            ResolutionWarning, when=bool(self.runs.base_level.description.left_out)
-        ):
-            values = self.runs(self.response, self.refined_parts, xi, eta)
-        self.runs.keep(self, (xi, eta, values.values))
-        return values
+    def __call__(
+        self, xi: np.ndarray, eta: np.ndarray, purpose: Purpose = Purpose.DESIGN
+    ) -> xr.DataArray:
+        runs = self.runs
+        advance = runs.begin(len(xi), purpose)
+        is_advice = bool(runs.base_level.description.left_out)  # the method chooses what is coarse
+        with without_warnings(ResolutionWarning, when=is_advice):
+            evaluation = runs.evaluations(
+                self.response,
+                runs.space,
+                setting(runs.case, self.refined_parts, self.response.branch),
+                (xi, eta),
+                runs.labels,
+                advance,
+                recorded=purpose is not Purpose.REPETITION,
+            )
+        return runs.take(self, evaluation, purpose)
 
     def earlier_runs(self, max_runs: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return ξ, η and values of up to so many runs that a store has for other intervals."""

@@ -469,16 +469,16 @@ HEADER = [
 
 
 def main() -> None:
-    chosen = options(
+    arguments = options(
         __doc__,
         100,
         seed=(1, "first seed; those of documented tables must not be looked at before"),
         file=("output/contact_claims.jsonl", "one line for each mechanism that was judged"),
         longer=(1.0, "factor of the durations; chaotic mechanisms only, if it is not 1"),
     )
-    seeds = range(chosen.seed, chosen.seed + chosen.samples)
+    seeds = range(arguments.seed, arguments.seed + arguments.samples)
     method = fb.AdaptivePCCI(TOLERANCE, correct=False)
-    cases = judged_cases(chosen.file, seeds, lambda seed: judged(seed, method, chosen.longer))
+    cases = judged_cases(arguments.file, seeds, lambda seed: judged(seed, method, arguments.longer))
     families = {case["family"] for case in cases}
     rows = [
         row(name, [c for c in cases if c["family"] == name])
@@ -494,7 +494,7 @@ def main() -> None:
         *[f"failed: {c['seed']} {c['failure']}" for c in cases if "failure" in c],
     ]
     report(
-        chosen.output,
+        arguments.output,
         "contact_claims",
         HEADER,
         rows,

@@ -46,17 +46,19 @@ def compared(seed: int) -> list[object]:
 
 
 def main() -> None:
-    chosen = options(__doc__, 28, seed=(1432, "first seed"))
+    arguments = options(__doc__, 28, seed=(1432, "first seed"))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        seeds = range(chosen.seed, chosen.seed + chosen.samples)
+        seeds = range(arguments.seed, arguments.seed + arguments.samples)
         rows = [line for line in map(compared, seeds) if line]
     ratios = np.array([float(str(row[6])) / float(str(row[3])) for row in rows])
     counts = [(ratios < 1 / 3).sum(), ((ratios >= 1 / 3) & (ratios <= 3)).sum(), (ratios > 3).sum()]
     note = "errors of the regression are less than a third, within 3 times, above 3 times: "
     shown = [[f"{v:.2g}" if isinstance(v, float) else str(v) for v in row] for row in rows]
     notes = [note + ", ".join(map(str, counts))]
-    report(chosen.output, "contact_regression", HEADER, shown, {"ratios": ratios.tolist()}, notes)
+    report(
+        arguments.output, "contact_regression", HEADER, shown, {"ratios": ratios.tolist()}, notes
+    )
 
 
 if __name__ == "__main__":

@@ -244,7 +244,7 @@ def show(folder: Path, lines: Sequence[str]) -> None:
 
 
 def main() -> None:
-    chosen = options(
+    arguments = options(
         __doc__,
         40,
         seed=(0, "first seed; documented tables have 1000000 or higher"),
@@ -252,21 +252,21 @@ def main() -> None:
         show=(0, "1: make the tables only"),
         file=("correction.jsonl", "name of the file of finished cases"),
     )
-    file = chosen.output / chosen.file
+    file = arguments.output / arguments.file
     file.parent.mkdir(parents=True, exist_ok=True)
     known = file.read_text(encoding="utf-8").splitlines() if file.is_file() else []
     finished = {(r["kind"], r["seed"]) for r in map(json.loads, known)}
-    kinds = chosen.kinds.split(",") if chosen.kinds else list(DRAWS)
-    each = -(-chosen.samples // len(kinds))
+    kinds = arguments.kinds.split(",") if arguments.kinds else list(DRAWS)
+    each = -(-arguments.samples // len(kinds))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        for seed in range(chosen.seed, chosen.seed + each * (not chosen.show)):
+        for seed in range(arguments.seed, arguments.seed + each * (not arguments.show)):
             for kind in kinds:
                 if (kind, seed) not in finished:
                     line = json.dumps(judged(kind, seed))
                     with file.open("a", encoding="utf-8") as opened:
                         opened.write(line + "\n")
-    show(chosen.output, file.read_text(encoding="utf-8").splitlines())
+    show(arguments.output, file.read_text(encoding="utf-8").splitlines())
 
 
 if __name__ == "__main__":

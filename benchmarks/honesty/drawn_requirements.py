@@ -183,20 +183,22 @@ def row(kind: str, drawn: list[dict]) -> list[str]:
 
 
 def main() -> None:
-    chosen = options(__doc__, 100, seed=(0, "first seed; documented tables have fresh ones"))
-    file = Path(chosen.output) / f"drawn_requirements_{chosen.seed}.jsonl"
+    arguments = options(__doc__, 100, seed=(0, "first seed; documented tables have fresh ones"))
+    file = Path(arguments.output) / f"drawn_requirements_{arguments.seed}.jsonl"
     file.parent.mkdir(parents=True, exist_ok=True)
     drawn: list[dict] = []
     with file.open("w", encoding="utf-8") as stream:
-        for seed in range(chosen.seed, chosen.seed + chosen.samples):
+        for seed in range(arguments.seed, arguments.seed + arguments.samples):
             drawn += (verdicts := case(seed))
             stream.writelines(json.dumps(each) + "\n" for each in verdicts)
             stream.flush()
     header = ["kind", "requirements", "false PASS", "false FAIL", "clear", "of these UNDECIDED",
               "seeds of false ones"]  # fmt: skip
-    notes = [f"seeds from {chosen.seed} on; clear margins are above {5 * TOLERANCE:g} of the width"]
+    notes = [
+        f"seeds from {arguments.seed} on; clear margins are above {5 * TOLERANCE:g} of the width"
+    ]
     rows = [row(kind, drawn) for kind in KINDS]
-    report(chosen.output, "drawn_requirements", header, rows, {}, notes)
+    report(arguments.output, "drawn_requirements", header, rows, {}, notes)
 
 
 if __name__ == "__main__":

@@ -73,16 +73,16 @@ class Polynomial:
 
 
 def main() -> None:
-    chosen = options(
+    arguments = options(
         __doc__, 100, seed=(0, "first seed"), max_runs=("60,200", "budgets, separated by commas")
     )
     least = 2e-5
     rows = []
-    for budget in map(int, chosen.max_runs.split(",")):
+    for budget in map(int, arguments.max_runs.split(",")):
         runs = []
         errors = []
         claims = []
-        for seed in range(chosen.seed, chosen.seed + chosen.samples):
+        for seed in range(arguments.seed, arguments.seed + arguments.samples):
             case = Polynomial(seed)
             bands = fb.propagate(case.response, case.inputs, fb.AdaptivePCCI(0.01, budget))
             exact = case.bands()
@@ -98,8 +98,8 @@ def main() -> None:
         ])  # fmt: skip
     header = ["budget", "responses", "runs, median", "runs, 90 %", "error of 1 % or less",
               "claim / true, median", "too small by 5"]  # fmt: skip
-    notes = [f"seeds from {chosen.seed} on"]
-    report(chosen.output, "few_inputs", header, rows, {}, notes)
+    notes = [f"seeds from {arguments.seed} on"]
+    report(arguments.output, "few_inputs", header, rows, {}, notes)
 
 
 if __name__ == "__main__":

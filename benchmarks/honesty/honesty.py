@@ -172,7 +172,7 @@ def show(family: str, seed: int, method: fb.AdaptivePCCI) -> None:
 
 
 def main() -> None:
-    chosen = options(
+    arguments = options(
         __doc__,
         CASES,
         seed=(0, "first seed; documented tables have 1000000 or higher"),
@@ -184,27 +184,27 @@ def main() -> None:
         case=("", "family:seed of the only case to run and show"),
         orders=("", "orders of the phase-resolved method, which is judged instead"),
     )
-    tolerance = chosen.method_tolerance
-    method = fb.AdaptivePCCI(tolerance, chosen.max_runs)
-    if chosen.case:
-        family, _, seed = chosen.case.partition(":")
+    tolerance = arguments.method_tolerance
+    method = fb.AdaptivePCCI(tolerance, arguments.max_runs)
+    if arguments.case:
+        family, _, seed = arguments.case.partition(":")
         show(family, int(seed), method)
         return
-    families = [name for name in chosen.families.split(",") if name] or list(FAMILIES)
-    drawn = cases(families, chosen.samples, chosen.seed)
+    families = [name for name in arguments.families.split(",") if name] or list(FAMILIES)
+    drawn = cases(families, arguments.samples, arguments.seed)
     judged: list[tuple[str, int, Judged]] = [(*one, method) for one in drawn]
-    if chosen.orders:
-        judged = list(with_orders(drawn, chosen.orders, chosen.max_runs))
-    found = list(outcomes(judged, chosen.jobs))
-    if chosen.csv:
-        write(Path(chosen.csv), found)
+    if arguments.orders:
+        judged = list(with_orders(drawn, arguments.orders, arguments.max_runs))
+    found = list(outcomes(judged, arguments.jobs))
+    if arguments.csv:
+        write(Path(arguments.csv), found)
     families = [name for name in families if any(one.family == name for one in found)]
     rows = [row(name, [o for o in found if o.family == name], tolerance) for name in families]
     rows.append(row("all", found, tolerance))
     required = rates(found, tolerance)
     notes = [
-        f"seeds from {chosen.seed} on, tolerance {100 * tolerance:g} %, {method.max_runs} runs at "
-        "most; runs, errors and CPU time are medians",
+        f"seeds from {arguments.seed} on, tolerance {100 * tolerance:g} %, {method.max_runs} runs "
+        "at most; runs, errors and CPU time are medians",
         *map(str, required),
         *named("failed", [one for one in found if one.failure]),
         *named("false", [one for one in found if false(one, tolerance)]),
@@ -214,7 +214,7 @@ def main() -> None:
         "outcomes": [asdict(one) for one in found],
         "rates": [asdict(one) for one in required],
     }
-    report(chosen.output, "honesty", HEADER, rows, measured, notes)
+    report(arguments.output, "honesty", HEADER, rows, measured, notes)
 
 
 if __name__ == "__main__":

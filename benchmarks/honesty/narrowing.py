@@ -104,15 +104,15 @@ def solve(chosen: tuple[str, int]) -> Outcome:
 
 
 def main() -> None:
-    chosen = options(
+    arguments = options(
         __doc__,
         len(PROBLEMS) * 8,
         seed=(0, "first seed; documented numbers have 1000000 or higher"),
         jobs=(1, "processes"),
     )
     os.environ.update(dict.fromkeys(THREADS, "1"))
-    drawn = cases(list(PROBLEMS), chosen.samples, chosen.seed)
-    with ProcessPoolExecutor(chosen.jobs, multiprocessing.get_context("spawn")) as pool:
+    drawn = cases(list(PROBLEMS), arguments.samples, arguments.seed)
+    with ProcessPoolExecutor(arguments.jobs, multiprocessing.get_context("spawn")) as pool:
         found = list(pool.map(solve, drawn))
     rows = []
     for family in [*PROBLEMS, "all"]:
@@ -129,7 +129,7 @@ def main() -> None:
         rows.append([family, str(len(own)), str(len(own) - len(done)), *medians, *map(str, counts)])
     required = rates(found, TOLERANCE)
     notes = [
-        f"seeds from {chosen.seed} on, tolerance {100 * TOLERANCE:g} %; errors are medians",
+        f"seeds from {arguments.seed} on, tolerance {100 * TOLERANCE:g} %; errors are medians",
         *map(str, required),
         *named("failed", [one for one in found if one.failure]),
         *named("false", [one for one in found if false(one, TOLERANCE)]),
@@ -139,7 +139,7 @@ def main() -> None:
         "family", "cases", "failed", "true error [%]", "claim [%]", "right", "too small", "false",
     ]  # fmt: skip
     measured = {"outcomes": [asdict(one) for one in found]}
-    report(chosen.output, "narrowing", header, rows, measured, notes)
+    report(arguments.output, "narrowing", header, rows, measured, notes)
 
 
 if __name__ == "__main__":

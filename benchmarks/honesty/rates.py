@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from scipy.stats import binomtest
 
-from benchmarks.accuracy.estimates import claimed
+from benchmarks.accuracy.estimates import claimed_error
 from benchmarks.honesty.problems import Bands
 
 FACTOR = 5.0
@@ -77,7 +77,7 @@ def errors(found: xr.Dataset, truth: Bands) -> tuple[np.ndarray, np.ndarray]:
     for name, exact in (("mean", mean), ("error_bar", bar)):
         own = found[name].transpose("bound", "output", "time").values
         true.append(np.abs(own - exact).mean(axis=0))
-        told = claimed(found, name)
+        told = claimed_error(found, name)
         told = xr.full_like(found[name][0], np.nan) if told is None else told
         claim.append(told.transpose("output", "time").values)
     return np.stack(true) / width[:, None], np.stack(claim) / width[:, None]

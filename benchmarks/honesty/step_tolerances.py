@@ -107,14 +107,14 @@ HEADER = [
 
 
 def main() -> None:
-    chosen = options(
+    arguments = options(
         __doc__,
         MECHANISMS,
         seed=(1, "first seed; those of documented tables must not be looked at before"),
         file=("output/step_tolerances.jsonl", "one line for each mechanism that was judged"),
     )
-    seeds = range(chosen.seed, chosen.seed + chosen.samples)
-    cases = judged_cases(chosen.file, seeds, judged)
+    seeds = range(arguments.seed, arguments.seed + arguments.samples)
+    cases = judged_cases(arguments.file, seeds, judged)
     rows = [
         row("left out" if tolerance is None else f"{tolerance:g}", of_one)
         for tolerance in TOLERANCES
@@ -125,7 +125,7 @@ def main() -> None:
         f"seeds {seeds[0]} to {seeds[-1]}; errors and ratios are medians",
         *[f"failed: {c['seed']} {c['failure']}" for c in cases if "failure" in c],
     ]
-    report(chosen.output, "step_tolerances", HEADER, rows, {"cases": cases}, notes)
+    report(arguments.output, "step_tolerances", HEADER, rows, {"cases": cases}, notes)
 
 
 if __name__ == "__main__":

@@ -109,12 +109,12 @@ def judge(kind: str, seed: int) -> Outcome | None:
 
 
 def main() -> None:
-    chosen = options(__doc__, 200, seed=(0, "first seed; documented tables have fresh ones"))
+    arguments = options(__doc__, 200, seed=(0, "first seed; documented tables have fresh ones"))
     rows = []
     small = []
-    each = math.ceil(chosen.samples / len(KINDS))
+    each = math.ceil(arguments.samples / len(KINDS))
     for kind in KINDS:
-        seeds = iter(range(chosen.seed, chosen.seed + 10 * each))
+        seeds = iter(range(arguments.seed, arguments.seed + 10 * each))
         found: list[Outcome] = []
         while len(found) < each:
             if (one := judge(kind, next(seeds))) is not None:
@@ -134,8 +134,11 @@ def main() -> None:
         ])  # fmt: skip
     header = ["rows", "tables", "refused", "no verdict", "true error [%]", "claim [%]",
               "claim / true, median", "too small by 5"]  # fmt: skip
-    notes = [f"seeds from {chosen.seed} on", *([f"too small: {', '.join(small)}"] if small else [])]
-    report(chosen.output, "tables", header, rows, {}, notes)
+    notes = [
+        f"seeds from {arguments.seed} on",
+        *([f"too small: {', '.join(small)}"] if small else []),
+    ]
+    report(arguments.output, "tables", header, rows, {}, notes)
 
 
 if __name__ == "__main__":

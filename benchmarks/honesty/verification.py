@@ -46,7 +46,7 @@ def verdicts(case: Case, method: fb.AdaptivePCCI, runs: int) -> tuple[float, boo
 
 
 def main() -> None:
-    chosen = options(
+    arguments = options(
         __doc__,
         80,
         seed=(0, "first seed"),
@@ -55,10 +55,10 @@ def main() -> None:
         runs=(16, "new runs"),
     )
     warnings.simplefilter("ignore")
-    families = [name for name in chosen.families.split(",") if name] or list(FAMILIES)
-    drawn = cases(families, chosen.samples, chosen.seed)
-    method = fb.AdaptivePCCI(0.01, chosen.max_runs)
-    found = [verdicts(draw(*one), method, chosen.runs) for one in drawn]
+    families = [name for name in arguments.families.split(",") if name] or list(FAMILIES)
+    drawn = cases(families, arguments.samples, arguments.seed)
+    method = fb.AdaptivePCCI(0.01, arguments.max_runs)
+    found = [verdicts(draw(*one), method, arguments.runs) for one in drawn]
     kinds = {
         "right: true error at most as expected": [not ok for r, ok, _ in found if r <= 1],
         "true error 1 to 5 times as expected": [not ok for r, ok, _ in found if 1 < r <= 5],
@@ -69,7 +69,7 @@ def main() -> None:
     rows = [[name, str(len(own)), str(sum(own))] for name, own in kinds.items()]
     measured = {name: [int(v) for v in own] for name, own in kinds.items()}
     header = ["expected error", "cases", "not confirmed"]
-    report(chosen.output, "verification", header, rows, measured, [])
+    report(arguments.output, "verification", header, rows, measured, [])
 
 
 if __name__ == "__main__":

@@ -102,7 +102,7 @@ def hidden(verdict: tuple[str, str, float]) -> bool:
 
 
 def main() -> None:
-    chosen = options(__doc__, 30, seed=(0, "first seed"), verdicts=(4, "verdicts of each claim"))
+    arguments = options(__doc__, 30, seed=(0, "first seed"), verdicts=(4, "verdicts of each claim"))
     warnings.simplefilter("ignore")
     methods = {
         "PhaseResolvedPCCI(1, 1)": fb.methods.PhaseResolvedPCCI(1, 1),
@@ -113,8 +113,8 @@ def main() -> None:
     measured = {}
     for smooth in (True, False):
         for name, method in methods.items():
-            seeds = range(chosen.seed, chosen.seed + chosen.samples)
-            found = [v for k in seeds for v in judged(k, method, chosen.verdicts, smooth=smooth)]
+            seeds = range(arguments.seed, arguments.seed + arguments.samples)
+            found = [v for k in seeds for v in judged(k, method, arguments.verdicts, smooth=smooth)]
             kind = "smooth" if smooth else "kink or jump"
             measured[f"{name}, {kind}"] = found
             for claim in ("right", "small", "wrong"):
@@ -126,7 +126,7 @@ def main() -> None:
                 rows.append([str(v) for v in row])
     header = ["method", "response", "claim", "verdicts", "not confirmed", "hidden"]
     header.append("implied / true, median")
-    report(chosen.output, "verification_kinks", header, rows, measured, [])
+    report(arguments.output, "verification_kinks", header, rows, measured, [])
 
 
 if __name__ == "__main__":

@@ -174,7 +174,7 @@ def main() -> None:
     if sys.argv[1:2] == ["child"]:
         *sizes, ringing = map(int, sys.argv[2:])
         return child(*sizes, ringing=bool(ringing))
-    chosen = options(
+    arguments = options(
         __doc__,
         40,
         seed=(0, "seed of the sizes"),
@@ -182,13 +182,13 @@ def main() -> None:
         ringing=(0, "1: a large study rings"),
     )
     header = ["method", "intervals", "random", "announced [MB]", "peak [MB]", "ratio"]
-    if chosen.large:
-        row = large(chosen.large, ringing=bool(chosen.ringing))
-        return report(chosen.output, "study_memory_large", header, [row], {"row": row})
-    rng = np.random.default_rng(chosen.seed)
+    if arguments.large:
+        row = large(arguments.large, ringing=bool(arguments.ringing))
+        return report(arguments.output, "study_memory_large", header, [row], {"row": row})
+    rng = np.random.default_rng(arguments.seed)
     rows = []
     parts = []
-    for _ in range(chosen.samples):
+    for _ in range(arguments.samples):
         method, inputs, ringing = drawn(rng)
         outputs = int(rng.integers(2, 6))
         times = int(rng.integers(800, 3000))
@@ -203,7 +203,7 @@ def main() -> None:
             ]
         )  # fmt: skip
     notes = [f"ratios from {min(parts):.2f} to {max(parts):.2f}; required: 0.83 to 2"]
-    report(chosen.output, "study_memory", header, rows, {"ratios": parts}, notes)
+    report(arguments.output, "study_memory", header, rows, {"ratios": parts}, notes)
 
 
 if __name__ == "__main__":

@@ -231,12 +231,14 @@ def paper(folder: Path) -> None:
 
 
 def main() -> None:
-    chosen = options(__doc__, 8, seed=(0, "first seed; documented tables have 1000000 or higher"))
+    arguments = options(
+        __doc__, 8, seed=(0, "first seed; documented tables have 1000000 or higher")
+    )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fb.errors.FlexbandWarning)
-        paper(chosen.output)
-        motions(chosen.output, chosen.seed, chosen.samples)
-        studies(chosen.output, chosen.seed, max(1, chosen.samples // 2))
+        paper(arguments.output)
+        motions(arguments.output, arguments.seed, arguments.samples)
+        studies(arguments.output, arguments.seed, max(1, arguments.samples // 2))
 
 
 if __name__ == "__main__":

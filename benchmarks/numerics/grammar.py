@@ -282,14 +282,14 @@ def judged(seed: int) -> dict[str, Any]:
 
 
 def main() -> None:
-    chosen = options(
+    arguments = options(
         __doc__,
         3000,
         seed=(1, "first seed; those of documented tables must not be looked at before"),
         file=("output/grammar.jsonl", "one line for each mechanism that was judged"),
     )
-    seeds = range(chosen.seed, chosen.seed + chosen.samples)
-    cases = judged_cases(chosen.file, seeds, judged)
+    seeds = range(arguments.seed, arguments.seed + arguments.samples)
+    cases = judged_cases(arguments.file, seeds, judged)
     rows = []
     notes = [f"seeds {seeds[0]} to {seeds[-1]}"]
     names = [
@@ -313,7 +313,7 @@ def main() -> None:
             if name in case and case[name][:3] in ("RAW", "NOT", "SLO")
         ]  # fmt: skip
     header = ["call", "returned", "refused", "too slow", "raw errors", "not finite"]
-    report(chosen.output, "grammar", header, rows, {"cases": cases}, notes)
+    report(arguments.output, "grammar", header, rows, {"cases": cases}, notes)
 
 
 if __name__ == "__main__":

@@ -163,16 +163,18 @@ def refusals(seed: int) -> Iterator[str]:
 
 
 def main() -> None:
-    chosen = options(__doc__, MECHANISMS, seed=(0, "first seed"))
+    arguments = options(__doc__, MECHANISMS, seed=(0, "first seed"))
     rows = []
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        for seed in range(chosen.seed, chosen.seed + chosen.samples):
+        for seed in range(arguments.seed, arguments.seed + arguments.samples):
             for text in refusals(seed):
                 rows.append([text])
                 print(text, flush=True)
-    notes = [f"{chosen.samples} mechanisms, seeds from {chosen.seed} on; refused: {len(rows)}"]
-    report(chosen.output, "ordinary", ["refused"], rows, {"refused": rows}, notes)
+    notes = [
+        f"{arguments.samples} mechanisms, seeds from {arguments.seed} on; refused: {len(rows)}"
+    ]
+    report(arguments.output, "ordinary", ["refused"], rows, {"refused": rows}, notes)
 
 
 if __name__ == "__main__":

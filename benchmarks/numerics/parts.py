@@ -46,12 +46,14 @@ def engine(clearance: np.ndarray, mass: np.ndarray) -> fb.Mechanism:
 
 
 def main() -> None:
-    chosen = options(__doc__, 2000, tolerance=(1e-6, "of the engine's steps"), seed=(1, "of both"))
+    arguments = options(
+        __doc__, 2000, tolerance=(1e-6, "of the engine's steps"), seed=(1, "of both")
+    )
     response = fb.dynamic_response(
         engine,
         duration=worn_pin.END,
         step=1.2e-3,
-        integrator=fb.GeneralizedAlpha(step_tolerance=chosen.tolerance),
+        integrator=fb.GeneralizedAlpha(step_tolerance=arguments.tolerance),
     )
     quantities = {name: fb.analysis.Final(output) for name, output in NUMBERS.items()}
     warnings.simplefilter("ignore", fb.errors.FlexbandWarning)
@@ -61,16 +63,16 @@ def main() -> None:
             response,
             INPUTS,
             quantities=quantities,
-            samples=chosen.samples,
-            seed=chosen.seed,
+            samples=arguments.samples,
+            seed=arguments.seed,
             store=folder,
         )
         runs = fb.execution.open_runs(folder)["outputs"].isel(time=-1).load()
     cpu = time.process_time() - before
 
-    rng = np.random.default_rng(1000 + chosen.seed)
-    points = [rng.uniform(i.lower, i.upper, chosen.samples) for i in INPUTS.values()]
-    reference = np.empty((chosen.samples, 3))
+    rng = np.random.default_rng(1000 + arguments.seed)
+    points = [rng.uniform(i.lower, i.upper, arguments.samples) for i in INPUTS.values()]
+    reference = np.empty((arguments.samples, 3))
     before = time.process_time()
     worn_pin.samples(*points, reference)
     cpu_of_reference = time.process_time() - before
@@ -91,13 +93,13 @@ def main() -> None:
             rows.append([*row, f"{other:.6g}", f"{test.pvalue:.2f}"])
             measured[f"{name} {p}"] = [value, low, high, other, test.pvalue]
     report(
-        chosen.output,
+        arguments.output,
         "parts",
         ["number", "quantile", "flexband", "95 % interval", "independent program", "KS: p"],
         rows,
         measured,
         [
-            f"{chosen.samples} samples of each; tolerance {chosen.tolerance:g}",
+            f"{arguments.samples} samples of each; tolerance {arguments.tolerance:g}",
             f"CPU {cpu:.0f} s; of the independent program {cpu_of_reference:.0f} s",
             f"two-sample tests at {100 * ALLOWED:g} % {'agree' if agree else 'DO NOT agree'}",
         ],

@@ -188,13 +188,13 @@ def travel(drive: Drawn, _: float, times: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def main() -> None:
-    chosen = options(__doc__, 100, seed=(1, "first seed"), family=("", "of this name only"))
+    arguments = options(__doc__, 100, seed=(1, "first seed"), family=("", "of this name only"))
     names = [("load", name) for name in LOADS] + [("drive", name) for name in DRIVES]
     rows = []
     trials = []
     for kind, name in names:
-        if chosen.family in f"{kind}: {name}":
-            drawn = [trial(kind, name, chosen.seed + k) for k in range(chosen.samples)]
+        if arguments.family in f"{kind}: {name}":
+            drawn = [trial(kind, name, arguments.seed + k) for k in range(arguments.samples)]
             counts = Counter(each.outcome for each in drawn)
             divided = sum(each.needless > 0 for each in drawn)
             most = max((each.error for each in drawn if not each.warned), default=0.0)
@@ -202,7 +202,7 @@ def main() -> None:
             rows.append([drawn[0].family, *numbers])
             trials += [each._asdict() for each in drawn]
     header = ["function", *OUTCOMES, "largest error in silence [%]", "smooth, but divided"]
-    report(chosen.output, "time_functions", header, rows, {"trials": trials})
+    report(arguments.output, "time_functions", header, rows, {"trials": trials})
 
 
 if __name__ == "__main__":

@@ -91,13 +91,15 @@ def computed(samples: int) -> dict:
 
 
 def main() -> None:
-    chosen = options(__doc__, FULL, page="any text: write the page from the stored numbers alone")
-    whole = chosen.samples >= FULL
-    stored = NUMBERS if whole else chosen.output / "paper.json"
-    if not chosen.page:
+    arguments = options(
+        __doc__, FULL, page="any text: write the page from the stored numbers alone"
+    )
+    whole = arguments.samples >= FULL
+    stored = NUMBERS if whole else arguments.output / "paper.json"
+    if not arguments.page:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", fb.errors.FlexbandWarning)
-            text = json.dumps(rounded(computed(chosen.samples)), indent=1, ensure_ascii=False)
+            text = json.dumps(rounded(computed(arguments.samples)), indent=1, ensure_ascii=False)
         stored.parent.mkdir(parents=True, exist_ok=True)
         stored.write_text(text + "\n", encoding="utf-8")
     if whole:

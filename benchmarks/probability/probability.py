@@ -196,21 +196,23 @@ def narrowing(chosen: Any) -> None:
 
 
 def main() -> None:
-    chosen = options(
+    arguments = options(
         __doc__,
         200,
         seed=(SEED, "of the first case"),
         narrowed=(0, "1 to narrow the box around the maximum instead"),
     )
-    if chosen.narrowed:
-        narrowing(chosen)
+    if arguments.narrowed:
+        narrowing(arguments)
         return
-    found = [outcome(Case.drawn(k), k) for k in range(chosen.seed, chosen.seed + chosen.samples)]
+    found = [
+        outcome(Case.drawn(k), k) for k in range(arguments.seed, arguments.seed + arguments.samples)
+    ]
     off = np.array([one.off for one in found])
     groups = {
         "all": np.ones(len(found), dtype=bool),
-        "even (vertex)": np.arange(chosen.seed, chosen.seed + len(found)) % 2 == 0,
-        "odd (inside)": np.arange(chosen.seed, chosen.seed + len(found)) % 2 == 1,
+        "even (vertex)": np.arange(arguments.seed, arguments.seed + len(found)) % 2 == 0,
+        "odd (inside)": np.arange(arguments.seed, arguments.seed + len(found)) % 2 == 1,
     }
     rows = []
     for name, own in groups.items():
@@ -227,8 +229,8 @@ def main() -> None:
     header = ["maxima", "cases", "held", "too low", "too high", "off, median", "off, most",
               "width, median", "CPU s"]  # fmt: skip
     worst = np.argsort(-np.abs(off[:, 0]))[:5]
-    notes = [f"farthest off: seeds {(chosen.seed + worst).tolist()}"]
-    report(chosen.output, "probability", header, rows, {"off": off.tolist()}, notes)
+    notes = [f"farthest off: seeds {(arguments.seed + worst).tolist()}"]
+    report(arguments.output, "probability", header, rows, {"off": off.tolist()}, notes)
 
 
 if __name__ == "__main__":

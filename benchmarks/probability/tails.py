@@ -169,11 +169,11 @@ LEVELS = (1e-2, LARGEST), (1e-4, 1e-2), (LEAST, 1e-4)
 
 def main() -> None:
     simplefilter("ignore", fb.errors.ToleranceWarning)
-    chosen = options(__doc__, 70, seed=(SEED, "of the first case"))
+    arguments = options(__doc__, 70, seed=(SEED, "of the first case"))
     rows = []
     data = {}
     notes = []
-    seeds = range(chosen.seed, chosen.seed + chosen.samples)
+    seeds = range(arguments.seed, arguments.seed + arguments.samples)
     for runs in RUNS:
         found = [outcome(Case.drawn(k), k, runs) for k in seeds]
         missed = [k for k, one in zip(seeds, found, strict=True) if not one.held]
@@ -195,7 +195,7 @@ def main() -> None:
         notes.append(f"{runs} runs: not held at seeds {missed}")
     header = ["runs", "probability", "cases", "given", "held", "surrogate", "|ln off|, median",
               "high/low, median", "CPU s"]  # fmt: skip
-    report(chosen.output, "tails", header, rows, data, notes)
+    report(arguments.output, "tails", header, rows, data, notes)
 
 
 if __name__ == "__main__":

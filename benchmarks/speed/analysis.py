@@ -141,8 +141,8 @@ def carried_out(name: str, notes: dict[str, list[str]], *, compiled: bool = True
 
 
 def main() -> None:
-    chosen = options(__doc__, 256)
-    cases = [*CASES, *RECORDED] if chosen.samples >= 256 else list(CASES)[:2]
+    arguments = options(__doc__, 256)
+    cases = [*CASES, *RECORDED] if arguments.samples >= 256 else list(CASES)[:2]
     notes: dict[str, list[str]] = {}
     for case in cases:  # also compiles
         measured(case, notes)
@@ -150,12 +150,12 @@ def main() -> None:
     for command in COMMANDS:
         carried_out(command, notes)
         timed[command] = partial(carried_out, command, notes)
-    found = alternate(timed, chosen.repeats)
+    found = alternate(timed, arguments.repeats)
     for command in COMMANDS:
         found[f"{command}{COLD}"] = [carried_out(command, notes, compiled=False)]
     rows = [[name, f"{value:.3g}", *notes[name]] for name, value in medians(found).items()]
     columns = ["case", "CPU s", "wall s, the last one", "runs", "peak MiB", "CPU s of simulations"]
-    report(chosen.output, "analysis", columns, rows, found)
+    report(arguments.output, "analysis", columns, rows, found)
 
 
 if __name__ == "__main__":

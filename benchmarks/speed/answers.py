@@ -46,7 +46,7 @@ def seconds(answer: Callable[[], object]) -> float:
 
 
 def main() -> None:
-    chosen = options(__doc__, 1)
+    arguments = options(__doc__, 1)
     surrogate = slider_crank()
     at = limit(surrogate)
     tighter = {"crank_length": fb.Interval(0.198, 0.202)}
@@ -61,13 +61,13 @@ def main() -> None:
     for answer in answers.values():  # also compiles
         answer()
     timed = {name: partial(seconds, answer) for name, answer in answers.items()}
-    found = alternate(timed, chosen.repeats)
+    found = alternate(timed, arguments.repeats)
     told = fb.analysis.failure_probability(surrogate, at)
     names = ("probability", "confidence_low", "confidence_high")
     low, high = ([float(told[k][b, 0]) for k in names] for b in range(2))
     note = "probability {:.3g} ({:.3g} to {:.3g}) to {:.3g} ({:.3g} to {:.3g})"
     rows = [[name, f"{value:.3g}"] for name, value in medians(found).items()]
-    report(chosen.output, "answers", ["answer", "s"], rows, found, [note.format(*low, *high)])
+    report(arguments.output, "answers", ["answer", "s"], rows, found, [note.format(*low, *high)])
 
 
 if __name__ == "__main__":

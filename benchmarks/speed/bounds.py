@@ -113,8 +113,8 @@ def sampled(surrogate: PhaseExpansion) -> None:
 
 
 def main() -> None:
-    chosen = options(__doc__, 256)
-    order = ORDER if chosen.samples >= 256 else 1
+    arguments = options(__doc__, 256)
+    order = ORDER if arguments.samples >= 256 else 1
     response = fb.dynamic_response(slider_crank, duration=DURATION, step=STEP)
     inputs = EXAMPLE["inputs"]
     method = fb.ImprovedPCCI(random_order=order, interval_order=order)
@@ -132,7 +132,7 @@ def main() -> None:
             fb.propagate, lambda **_: runs, inputs, method
         ),
     }
-    full = chosen.samples >= 256
+    full = arguments.samples >= 256
     phase_resolved = long_phase(10_000 if full else 2_000)
     wide = many_inputs(600 if full else 24)
     phase_resolved()
@@ -149,10 +149,10 @@ def main() -> None:
         notes.append("the size is too small for chaospy's row")
     else:
         cases["chaospy: regression, mean, standard deviation"] = chaospy_case(runs.values)
-    measured = alternate(cases, chosen.repeats)
+    measured = alternate(cases, arguments.repeats)
     middle = medians(measured)
     report(
-        chosen.output,
+        arguments.output,
         "bounds",
         ["case", "ms", "relative to the simulations"],
         [[n, f"{1e3 * s:.1f}", f"{s / middle['simulations']:.2f}"] for n, s in middle.items()],

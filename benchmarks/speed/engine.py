@@ -90,11 +90,11 @@ def agreement() -> list[str]:
 
 
 def main() -> None:
-    chosen = options(__doc__, 2048)
+    arguments = options(__doc__, 2048)
     cores = available_cores()
-    rows = parameters(chosen.samples)
+    rows = parameters(arguments.samples)
     model = slider_crank(*rows.T)
-    few = rows[: max(cores, chosen.samples // 32)]
+    few = rows[: max(cores, arguments.samples // 32)]
     own_time(slider_crank(*rows[0]), 1, 1)  # compile
     cases = {
         f"flexband, {cores} threads": partial(own_time, model, len(rows), cores),
@@ -102,7 +102,7 @@ def main() -> None:
     }
     notes = [f"{len(rows)} samples of {round(DURATION / STEP)} steps; medians of alternating runs"]
     if not peer.AVAILABLE:
-        measured = alternate(cases, chosen.repeats)
+        measured = alternate(cases, arguments.repeats)
         notes.append("Exudyn is not installed: its rows are omitted")
     else:
         with multiprocessing.get_context("spawn").Pool(cores) as pool:
@@ -110,14 +110,14 @@ def main() -> None:
                 name = f"Exudyn, {setting}, {cores} processes"
                 cases[name] = partial(peer_time, pool, few, cores, setting)
             peer_time(pool, few, cores, next(iter(peer.SETTINGS)))  # import and warm up
-            measured = alternate(cases, chosen.repeats)
+            measured = alternate(cases, arguments.repeats)
         notes += [f"Exudyn: {len(few)} of the samples, time of its solver only", *agreement()]
     middle = medians(measured)
     peers = {k: v for k, v in middle.items() if k.startswith("Exudyn")}
     baseline = min(peers.values()) if peers else middle["flexband, 1 thread"]
     what = "the fastest Exudyn" if peers else "one thread"
     report(
-        chosen.output,
+        arguments.output,
         "engine",
         ["case", "ms per sample", f"throughput relative to {what}"],
         [[name, f"{ms:.3f}", f"{baseline / ms:.2f}"] for name, ms in middle.items()],

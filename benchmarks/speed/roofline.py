@@ -148,7 +148,7 @@ def operations(action) -> int:
 
 
 def main() -> None:
-    chosen = options(__doc__, 10_000)
+    arguments = options(__doc__, 10_000)
     mechanism = runpy.run_path(str(ROOT / "examples" / "paper" / "slider_crank.py"))["slider_crank"]
     system = assemble(mechanism(np.linspace(0.194, 0.206, WIDTH), 1000.0, 69e9, 0.34))
     structure, values = system.structure, pack(system, np.array([0.0, 1e-3]))(0)
@@ -176,11 +176,11 @@ def main() -> None:
     }
     start(structure, values, work, np.zeros((4, WIDTH)), False, 1.0)
     array = zeros(3) + 0.5
-    repeats = np.int64(chosen.samples)
+    repeats = np.int64(arguments.samples)
     cases = {"multiply-adds": lambda: kernel_time(multiply_adds, repeats, array)}
-    cases |= kernel_cases(chosen.samples, structure, values, work)
+    cases |= kernel_cases(arguments.samples, structure, values, work)
     cases["multiply-adds"]()
-    measured = alternate(cases, chosen.repeats)
+    measured = alternate(cases, arguments.repeats)
     us = medians(measured)
     us["factorization"] = us["tangent and factorization"] - us["tangent"]
     peak = 2 * CHAINS * WIDTH / us["multiply-adds"] / 1e3
@@ -194,7 +194,7 @@ def main() -> None:
         rate = flops * WIDTH / time_ / 1e3
         rows.append([name, str(flops), f"{time_:.2f}", f"{rate:.1f}", f"{rate / peak:.2f}"])
     report(
-        chosen.output,
+        arguments.output,
         "roofline",
         ["case", "operations per sample", f"µs per block of {WIDTH}", "Gflop/s", "part of peak"],
         rows,

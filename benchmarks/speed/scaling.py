@@ -92,20 +92,20 @@ def peer_time(kind: str, size: int, processes: int) -> float:
 
 
 def main() -> None:
-    chosen = options(__doc__, 64)
+    arguments = options(__doc__, 64)
     cores = available_cores()
     rows = []
     every = {}
     notes = []
     for kind, sizes in SIZES.items():
-        for size in sizes if chosen.samples >= WIDTH * cores else sizes[:2]:
+        for size in sizes if arguments.samples >= WIDTH * cores else sizes[:2]:
             own = Own(kind, size, 1, 1)
             own()  # compile
-            cases = {"single": own, "batched": Own(kind, size, chosen.samples, cores)}
+            cases = {"single": own, "batched": Own(kind, size, arguments.samples, cores)}
             if peer.AVAILABLE:
                 cases["Exudyn single"] = partial(peer_time, kind, size, 1)
                 cases["Exudyn batched"] = partial(peer_time, kind, size, cores)
-            measured = alternate(cases, chosen.repeats)
+            measured = alternate(cases, arguments.repeats)
             every |= {f"{kind} {size}, {name}": v for name, v in measured.items()}
             rows.append([f"{kind}, {size}", *_columns(medians(measured), size)])
             if peer.AVAILABLE:
@@ -114,9 +114,9 @@ def main() -> None:
                 notes.append(
                     f"{kind}, {size}: tips differ by {apart:.0e} m after {run['steps']} steps"
                 )
-    batch = f"batch of {chosen.samples} on {cores} cores"
+    batch = f"batch of {arguments.samples} on {cores} cores"
     report(
-        chosen.output,
+        arguments.output,
         "scaling",
         ["case", "single: µs per step", "per element or loop", "Exudyn single",
          f"{batch}: µs per step and sample", "per element or loop", "Exudyn batched"],

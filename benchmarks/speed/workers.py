@@ -76,21 +76,21 @@ def response(a: float, b: float, seconds: float = 0.0) -> np.ndarray:
 
 
 def main() -> None:
-    chosen = options(__doc__, 1000, rounds=(12, "runs per worker"))
+    arguments = options(__doc__, 1000, rounds=(12, "runs per worker"))
     rows = []
     measured = {}
     for seconds in (0.02, 0.5, 5.0):
-        executor = Remote(chosen.samples)
+        executor = Remote(arguments.samples)
         for recorded in (False, True):
             with tempfile.TemporaryDirectory() as folder:
-                numbers = measure(executor, chosen, seconds, folder if recorded else None)
+                numbers = measure(executor, arguments, seconds, folder if recorded else None)
             name = f"{seconds:g} s, {'recorded' if recorded else 'not recorded'}"
             measured[name] = numbers
             wall, cpu, share = numbers
             rows.append([name, f"{wall:.1f}", f"{100 * share:.0f} %", f"{1e3 * cpu:.2f}"])
             print(*rows[-1], flush=True)
     header = ["time of a run", "wall [s]", "work of the workers' time", "CPU time per run [ms]"]
-    report(chosen.output, "workers", header, rows, measured)
+    report(arguments.output, "workers", header, rows, measured)
 
 
 def measure(

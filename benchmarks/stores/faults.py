@@ -43,12 +43,14 @@ def begun(folder: str) -> list[str]:
 
 
 def main() -> None:
-    chosen = options(__doc__, 4000, kills=(20, "number of kills"), seed=(0, "of the moments"))
-    draw = random.Random(chosen.seed)
+    arguments = options(__doc__, 4000, kills=(20, "number of kills"), seed=(0, "of the moments"))
+    draw = random.Random(arguments.seed)
     with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", __spec__.name, "child", folder, str(chosen.samples)]
-        for _ in range(chosen.kills):
-            goal = len(begun(folder)) + draw.randint(1, max(1, chosen.samples // chosen.kills))
+        command = [sys.executable, "-m", __spec__.name, "child", folder, str(arguments.samples)]
+        for _ in range(arguments.kills):
+            goal = len(begun(folder)) + draw.randint(
+                1, max(1, arguments.samples // arguments.kills)
+            )
             process = subprocess.Popen(command)
             while process.poll() is None and len(begun(folder)) < goal:
                 time.sleep(0.002)
@@ -59,16 +61,16 @@ def main() -> None:
         runs = begun(folder)
         found = np.load(f"{folder}/bands.npy")
         recorded = len(fb.execution.open_runs(f"{folder}/store").run)
-    exact = fb.propagate(response, INPUTS, fb.LHSScanning(chosen.samples // 8, 8))
+    exact = fb.propagate(response, INPUTS, fb.LHSScanning(arguments.samples // 8, 8))
     rows = [
         ["runs of the study", str(len(set(runs)))],
         ["runs in the store", str(recorded)],
         ["runs that began", str(len(runs))],
         ["allowed: a call in flight and two checks for every kill",
-         str(len(set(runs)) + chosen.kills * (BATCH + 2) + 2)],
+         str(len(set(runs)) + arguments.kills * (BATCH + 2) + 2)],
         ["bands as without kills, bit for bit", str(np.array_equal(found, exact["mean"].values))],
     ]  # fmt: skip
-    report(chosen.output, "faults", ["after the kills", "value"], rows, {"runs": len(runs)})
+    report(arguments.output, "faults", ["after the kills", "value"], rows, {"runs": len(runs)})
 
 
 if __name__ == "__main__":

@@ -42,10 +42,10 @@ def slow(a: float, b: float) -> float:
 
 
 def main() -> None:
-    chosen = options(__doc__, 10_000)
+    arguments = options(__doc__, 10_000)
     points = 10
     example = runpy.run_path(str(ROOT / "examples" / "paper" / "slider_crank.py"))
-    scan = fb.LHSScanning(max(2, chosen.samples // points**2), points)
+    scan = fb.LHSScanning(max(2, arguments.samples // points**2), points)
     crank = partial(fb.propagate, example["response"], example["inputs"], fb.LHSScanning(10, 2))
     crank()  # compile
     crank = partial(fb.propagate, example["response"], example["inputs"], scan)
@@ -64,12 +64,12 @@ def main() -> None:
                 seconds, partial(single, executor=fb.execution.Processes(2))
             ),
         },
-        chosen.repeats,
+        arguments.repeats,
     )
     measured = medians(raw)
     plain, stored, quickly, one, two = measured.values()
     report(
-        chosen.output,
+        arguments.output,
         "store",
         ["case", "value"],
         [

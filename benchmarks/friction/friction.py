@@ -41,16 +41,16 @@ from benchmarks.numerics.contact_draws import (
 from benchmarks.numerics.contacts import (
     PLACE,
     TIMES,
-    allowed,
+    allowed_error,
     bars,
     chain,
     closing_error,
-    comparable,
+    count_comparable,
     last_time,
     law,
-    moving,
     place_error,
-    simulated,
+    random_velocity,
+    simulate_and_compare,
     tabulate,
 )
 
@@ -195,7 +195,7 @@ def disc(rng: np.random.Generator, x: float, y: float, radius: float) -> Part:
     """Return a disc or a ring that moves."""
     m = float(rng.uniform(0.5, 2.0))
     share = float(rng.uniform(0.4, 1.0))
-    return Part(m, share * m * radius**2, (x, y, 0.0), moving(rng))
+    return Part(m, share * m * radius**2, (x, y, 0.0), random_velocity(rng))
 
 
 def soft_law(rng: np.random.Generator) -> tuple[float, float, float]:
@@ -323,23 +323,23 @@ def judge_mechanism(seed: int, tolerance: float) -> tuple[str, str, str, float]:
         exact = reference.motion(np.linspace(0.0, duration, TIMES))
     except (TooLongError, JammedError) as error:
         return draw.kind, "no reference", type(error).__name__, 0.0
-    count, ended = comparable(exact.counted_events, coarse)
+    count, stop_reason = count_comparable(exact.counted_events, coarse)
 
     def compare(motion: DataArray) -> tuple[bool, str]:
         inside = motion["time"].values <= last_time(
-            motion, exact.counted_events, count, bool(ended)
+            motion, exact.counted_events, count, bool(stop_reason)
         )
         place_difference = place_error(motion, exact.places, inside, draw.size)
         instant_error = instants(motion, exact, count)
         other_modes = modes(motion, exact, inside)
         text = (
             f"{count} events, instants {instant_error:.1e} of what is allowed, "
-            f"places {place_difference:.1e}, {other_modes} other modes {ended}"
+            f"places {place_difference:.1e}, {other_modes} other modes {stop_reason}"
         )
         return instant_error < 1.0 and place_difference < PLACE and not other_modes, text
 
     model = mechanism(draw, reference.velocities().reshape(-1, 3))
-    return draw.kind, *simulated(model, duration, tolerance, compare)
+    return draw.kind, *simulate_and_compare(model, duration, tolerance, compare)
 
 
 def instants(motion: DataArray, exact: Motion, count: int) -> float:
@@ -364,7 +364,7 @@ def modes(motion: DataArray, exact: Motion, inside: np.ndarray) -> int:
     difference_count = 0
     events = exact.counted_events
     for k, event in enumerate(events):
-        inside = inside & (np.abs(exact.times - event.time) > allowed(events, k))
+        inside = inside & (np.abs(exact.times - event.time) > allowed_error(events, k))
     for k, name in enumerate(exact.names):
         if exact.names.count(name) > 1:  # a stop with two sides
             continue

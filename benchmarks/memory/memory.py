@@ -37,27 +37,27 @@ def child(samples: int) -> None:
 
 def main() -> None:
     arguments = options(__doc__, 10_000)
-    measured = alternate(
+    measurements = alternate(
         {
             "one sample": partial(peak, 1),
             f"{arguments.samples} samples": partial(peak, arguments.samples),
         },
         arguments.repeats,
     )
-    alone, batch = medians(measured).values()
+    single_sample, batch = medians(measurements).values()
     outputs = arguments.samples * (round(DURATION / STEP) + 1) * OUTPUTS * 8 / 2**20
     report(
         arguments.output,
         "memory",
         ["case", "MiB"],
         [
-            ["one sample", f"{alone:.0f}"],
+            ["one sample", f"{single_sample:.0f}"],
             [f"{arguments.samples} samples", f"{batch:.0f}"],
             ["outputs", f"{outputs:.0f}"],
             ["beyond the outputs", f"{batch - outputs:.0f}"],
-            ["beyond the outputs and one sample", f"{batch - outputs - alone:.0f}"],
+            ["beyond the outputs and one sample", f"{batch - outputs - single_sample:.0f}"],
         ],
-        measured,
+        measurements,
         [f"allowed beyond the outputs: {ALLOWED:.0f} MiB"],
     )
 

@@ -94,8 +94,8 @@ def main() -> None:
     step_time()  # compile
     cases = {"complete step": step_time}
     cases |= kernel_cases(arguments.samples, structure, values, work)
-    measured = alternate(cases, arguments.repeats)
-    middle = medians(measured)
+    measurements = alternate(cases, arguments.repeats)
+    middle = medians(measurements)
     pattern = structure.pattern
     state = structure.state
     report(
@@ -103,7 +103,7 @@ def main() -> None:
         "kernels",
         ["case", f"µs per block of {WIDTH}", "part of a step"],
         [[n, f"{us:.2f}", f"{us / middle['complete step']:.2f}"] for n, us in middle.items()],
-        measured,
+        measurements,
         [
             f"{state.coordinates} coordinates, {state.angle - state.multiplier} multipliers, "
             f"{len(pattern.below.tile)} tiles below the diagonal, "

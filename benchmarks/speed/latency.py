@@ -52,15 +52,15 @@ def main() -> None:
     if peer.AVAILABLE:
         for setting in peer.SETTINGS:
             cases[f"one run of Exudyn, {setting} [ms]"] = partial(peer_milliseconds, row, setting)
-    measured = alternate(cases, arguments.repeats)
+    measurements = alternate(cases, arguments.repeats)
     with tempfile.TemporaryDirectory() as empty:
-        measured["first simulation, empty cache, once [s]"] = [first_seconds(1, empty)]
+        measurements["first simulation, empty cache, once [s]"] = [first_seconds(1, empty)]
     report(
         arguments.output,
         "latency",
         ["case", "median"],
-        [[name, f"{value:.3g}"] for name, value in medians(measured).items()],
-        measured,
+        [[name, f"{value:.3g}"] for name, value in medians(measurements).items()],
+        measurements,
         ["the time of flexband includes assembly and packing, that of Exudyn only its solver"],
     )
 

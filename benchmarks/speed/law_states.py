@@ -93,8 +93,8 @@ def main() -> None:
     }
     for case in cases.values():
         case()  # compile
-    measured = alternate(cases, arguments.repeats)
-    middle = medians(measured)
+    measurements = alternate(cases, arguments.repeats)
+    middle = medians(measurements)
     rows = []
     for name in CASES:
         for samples in (1, arguments.samples):
@@ -103,7 +103,7 @@ def main() -> None:
             bare = middle[f"{case}, without"]
             rows.append([case, f"{cost:.3g}", f"{bare:.3g}", f"{cost / bare:.2f}"])
     header = ["case", "with the law [µs]", "without [µs]", "ratio"]
-    report(arguments.output, "law_states", header, rows, measured)
+    report(arguments.output, "law_states", header, rows, measurements)
 
 
 if __name__ == "__main__":

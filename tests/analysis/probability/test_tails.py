@@ -143,12 +143,12 @@ def test_a_bound_of_one_option_is_not_hidden_by_a_smaller_number_of_another():
 @pytest.mark.parametrize("seed", [61012, 61159, 61205])
 def test_intervals_allow_for_what_is_missed_beyond_the_bulk(seed):
     """Of benchmarks/probability/tails.py: exponentials and a bend that the surrogate rounds."""
-    one = outcome(Case.drawn(seed), seed, 0)
-    assert one.held
+    one = outcome(Case.draw(seed), seed, 0)
+    assert one.covers_level
     assert not 0.85 < one.surrogate < 1.18  # 0.803 to 0.796, as the kernel of OpenBLAS rounds
 
 
 def test_a_sample_of_rare_failures():
-    found = [outcome(Case.drawn(seed), seed, 0) for seed in range(90_001, 90_005)]
-    assert all(one.held for one in found)
-    assert all(one.given or one.stated[2] * one.level >= 1e-4 for one in found)
+    found = [outcome(Case.draw(seed), seed, 0) for seed in range(90_001, 90_005)]
+    assert all(one.covers_level for one in found)
+    assert all(one.is_positive or one.ratios[2] * one.level >= 1e-4 for one in found)

@@ -141,7 +141,7 @@ def four_bar(own):
 
 def allocated_tolerances(own):
     """The tolerances cost what exhaustive vertices allow; samples and vertices keep the limits."""
-    found = own.found
+    found = own.allocation
     own.sampled.__wrapped__.__defaults__ = (500,)  # instead of 10 000, in the picture as well
     assert found.attrs["confirmed"] == "yes"
     assert found["saving"].values.min() > 0  # both limits bind

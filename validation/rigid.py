@@ -10,7 +10,7 @@ import flexband as fb
 GRAVITY = {"gravity": fb.Gravity()}
 
 
-def at(motion, time: float, *names: str) -> np.ndarray:
+def outputs_at(motion, time: float, *names: str) -> np.ndarray:
     """Return outputs at a time of the motion."""
     return motion.sel(output=list(names)).sel(time=time, method="nearest").values
 
@@ -36,15 +36,17 @@ def pendulum() -> list[Check]:
         10.0: (-0.2750874626, -0.9614192050),
     }
     name = "pendulum (IFToMM A01)"
-    found = [
+    checks = [
         c
         for t, r in exact.items()
-        for c in differences(f"{name}, r({t:g} s) [m]", at(motion, t, "r_X", "r_Y"), r, 1e-5)
+        for c in differences(
+            f"{name}, r({t:g} s) [m]", outputs_at(motion, t, "r_X", "r_Y"), r, 1e-5
+        )
     ]
-    v = at(motion, 10.0, "v_X", "v_Y")
-    found += differences(f"{name}, v(10 s) [m/s]", v, (4.1755981, -1.1947491), 1e-4)
+    v = outputs_at(motion, 10.0, "v_X", "v_Y")
+    checks += differences(f"{name}, v(10 s) [m/s]", v, (4.1755981, -1.1947491), 1e-4)
     energy = motion.sel(output="kinetic") + 9.81 * motion.sel(output="r_Y")
-    return [*found, Check(f"{name}, energy kept [J]", 0.0, float(np.abs(energy).max()), 5e-5)]
+    return [*checks, Check(f"{name}, energy kept [J]", 0.0, float(np.abs(energy).max()), 5e-5)]
 
 
 def four_bar_chain() -> list[Check]:
@@ -76,7 +78,10 @@ def four_bar_chain() -> list[Check]:
         c
         for t, r in exact.items()
         for c in differences(
-            f"N-four-bar (IFToMM A02), r({t:g} s) [m]", at(motion, t, "top_X", "top_Y"), r, 1e-4
+            f"N-four-bar (IFToMM A02), r({t:g} s) [m]",
+            outputs_at(motion, t, "top_X", "top_Y"),
+            r,
+            1e-4,
         )
     ]
 
@@ -122,7 +127,7 @@ def torque_slider_crank() -> list[Check]:
         2.0: {"angle": 22.0891715703, "rate": 29.6358150058, "slider_X": 0.5012022650},
     }
     return [
-        Check(f"{name}, {output}({t:g} s)", value, float(at(motion, t, output)[0]), 1e-4)
+        Check(f"{name}, {output}({t:g} s)", value, float(outputs_at(motion, t, output)[0]), 1e-4)
         for t, values in exact.items()
         for output, value in values.items()
     ]
@@ -179,16 +184,24 @@ def andrews() -> list[Check]:
                0.5347301163, 1.0480807410)  # fmt: skip
     exact_v = (1139.9203023, -1424.3792952, 11.0329119, 19.2933741, 0.5735699, -19.2933741,
                0.3231791)  # fmt: skip
-    found = []
+    checks = []
     for kind, exact, tolerance, unit in (
         ("angle", exact_q, 1e-5, "rad"),
         ("rate", exact_v, 1e-4, "rad/s"),
     ):
         a = {k: float(motion.sel(output=f"{kind} {k}")) for k in bodies}
-        own = (a["1"], a["2"] - a["1"], a["3"], a["4"] - a["5"], a["5"], a["6"] - a["7"], a["7"])
-        for name, value, reference in zip("βΘγΦδΩε", own, exact, strict=True):
+        relative_values = (
+            a["1"],
+            a["2"] - a["1"],
+            a["3"],
+            a["4"] - a["5"],
+            a["5"],
+            a["6"] - a["7"],
+            a["7"],
+        )
+        for name, value, reference in zip("βΘγΦδΩε", relative_values, exact, strict=True):
             size = max(1.0, abs(reference)) if kind == "rate" else 1.0
-            found.append(
+            checks.append(
                 Check(
                     f"Andrews' mechanism, {kind} {name} (0.03 s) [{unit}]",
                     reference,
@@ -196,7 +209,7 @@ def andrews() -> list[Check]:
                     tolerance * size,
                 )
             )
-    return found
+    return checks
 
 
 def car_axis() -> list[Check]:

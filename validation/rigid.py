@@ -139,6 +139,7 @@ def andrews() -> list[Check]:
     rr, ra, d, da, e, ea = 0.007, 0.00092, 0.028, 0.0115, 0.02, 0.01421
     ss, sa, sb, sc, sd = 0.035, 0.01874, 0.01043, 0.018, 0.02
     zt, ta, tb, zf, fa, u, ua, ub = 0.04, 0.02308, 0.00916, 0.02, 0.01421, 0.04, 0.01228, 0.00449
+    # Data and initial angles of the test set.
     mass = (0.04325, 0.00365, 0.02373, 0.00706, 0.0705, 0.00706, 0.05498)
     inertia = (2.194e-6, 4.41e-7, 5.255e-6, 5.667e-7, 1.169e-5, 5.667e-7, 1.912e-5)
     beta, theta, gamma, phi, delta, omega, epsilon = (
@@ -157,6 +158,7 @@ def andrews() -> list[Check]:
         ({"P": O, "F": (-zf, 0.0)}, (-fa, 0.0), P, omega + epsilon),
         ({"A": O, "F": (0.0, -u)}, (ua, ub), A, epsilon),
     ]
+    # The mechanism.
     bodies = {
         str(k): fb.RigidBody(
             mass=m, inertia=J, points=points, center=center, position=position, angle=angle
@@ -177,6 +179,7 @@ def andrews() -> list[Check]:
         sensors={f"angle {k}": fb.Angle(k) for k in bodies}
         | {f"rate {k}": fb.AngularVelocity(k) for k in bodies},
     )
+    # Compare at the end, in the test set's relative angles.
     motion = fb.simulate(
         model, duration=0.03, step=5e-7, integrator=fb.GeneralizedAlpha(spectral_radius=0.8)
     ).isel(time=-1)

@@ -85,7 +85,8 @@ def main() -> int:
     results = checks()
     rows = ["| problem | reference | flexband | difference | tolerance |", "| --- |" + " --- |" * 4]
     rows += [
-        f"| {c.name} | {c.reference:.8g} | {c.result:.8g} | {c.difference:.1e} | {c.tolerance:.1e} |"
+        f"| {c.name} | {c.reference:.8g} | {c.result:.8g} | {c.difference:.1e} | "
+        f"{c.tolerance:.1e} |"
         for c in results
     ]
     PAGE.write_text(TEXT.format(table="\n".join(rows)), encoding="utf-8")
@@ -93,7 +94,8 @@ def main() -> int:
     for c in failures:
         print(f"out of tolerance: {c.name}: {c.result:.8g}, reference {c.reference:.8g}")
     print(
-        f"{len(results) - len(failures)} of {len(results)} numbers within tolerance; wrote {PAGE.name}"
+        f"{len(results) - len(failures)} of {len(results)} numbers within tolerance; "
+        f"wrote {PAGE.name}"
     )
     return 1 if failures else 0
 

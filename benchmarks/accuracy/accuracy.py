@@ -93,6 +93,7 @@ def main() -> None:
     arguments = options(__doc__, FULL, cases="run only the cases whose names contain this text")
     full_size = arguments.samples >= FULL
     studies = [(name, make) for name, make in cases().items() if arguments.cases in name]
+    # Compare the bands of every method with the reference.
     rows = []
     points = {}
     claims = {}
@@ -118,6 +119,7 @@ def main() -> None:
             )
             points[name].setdefault(method.name, []).append((runs, *errors))
             claims[name, method.name, method.label] = dict(estimates(bands, truth))
+    # Write the table; at full size, the documentation too.
     header = ["case", "method", "runs", "mean", "error bar"]
     header += ["expected, mean", "expected, error bar", "trusted"]
     lines = [

@@ -98,6 +98,7 @@ def part_rows(choices: dict[str, list[Points]], max_terms: int, **version: float
         keys = map(tuple, (np.round(x, 9) + 0.0).tolist())
         return np.array([index.setdefault(key, len(index)) for key in keys])
 
+    # Number the points of all index sets and of the dense grid.
     index_sets = {name: orders for name, orders in PARTS.items() if len(orders) <= max_terms}
     for orders, points in itertools.product(index_sets.values(), choices.values()):
         for v, _ in combination(orders):
@@ -106,6 +107,7 @@ def part_rows(choices: dict[str, list[Points]], max_terms: int, **version: float
     w /= w.sum()
     eta = tensor_points([INTERVAL["scaled zeros"](q) for q in DENSE[:2]])
     dense = number(np.column_stack([np.repeat(eta, len(x), 0), np.tile(x, len(eta))]))
+    # Simulate at all points, and split the outputs into base, phase and envelopes.
     case = slider_crank(**version)
     at = np.array(list(index))
     F = case.response(**Space(case.inputs).values(at[:, 2:] * [1.0, 0.0], at[:, :2]))
@@ -124,6 +126,7 @@ def part_rows(choices: dict[str, list[Points]], max_terms: int, **version: float
         "phase": slice(base_end, phase_end),
         "envelopes": slice(phase_end, None),
     }
+    # Compare the expansions on the dense grid.
     true = spread(F, w)
     size = np.abs(F).mean()
     for name, orders in index_sets.items():
@@ -175,6 +178,7 @@ def main() -> None:
     a = INTERVAL[CHOSEN[0]]
     b = RANDOM[CHOSEN[1]]
     tables: dict[str, list[Row]] = {"points_interval": [], "points_random": []}
+    # Errors of formulas with one to four variables of a kind, then with both kinds.
     for d in (1, 2, 3, 4):
         point_choices = [{k: [p] * d for k, p in choices.items()} for choices in (INTERVAL, RANDOM)]
         tables["points_interval"] += formula_rows(d, 0, point_choices[0], max_terms)
@@ -182,6 +186,7 @@ def main() -> None:
     mixed = {k: [p, p, b, b] for k, p in INTERVAL.items()}
     mixed |= {k: [a, a, p, p] for k, p in RANDOM.items()}
     tables["points_mixed"] = list(formula_rows(2, 2, mixed, max_terms))
+    # Errors of the parts of the slider–crank.
     wide = {"_wide": {"scatter": 0.05, "tolerance": 0.1}} if max_terms >= 20 else {}
     for name, version in {"": {}, **wide}.items():
         three = {k: p[:3] for k, p in mixed.items()}
@@ -201,6 +206,7 @@ def main() -> None:
             {c: measurements for c, _, measurements in rows},
             [note],
         )
+    # Lebesgue constants and condition numbers.
     orders = (*range(1, 9), 12, 16, 20)
     body = []
     constants = {}

@@ -200,10 +200,12 @@ class Problem:
         joints = [np.array(rows_of(q, link)).real for link in draw.links]
         self.first = np.cumsum([0, *map(len, joints)])
         self.joints = np.concatenate(joints)
+        # Velocities before, as far as joints allow them.
         part_velocities = np.array([part.velocity for part in draw.parts]).ravel()
         n = len(part_velocities)
         right = np.concatenate([self.mass * part_velocities, np.zeros(len(self.joints))])
         self.before = bordered(self.mass, self.joints, right)[:n]
+        # Rows of what becomes active.
         hard = []
         speeds = []
         self.one_way = []
@@ -214,6 +216,7 @@ class Problem:
             self.one_way += [strike.kind == "clutch"] * len(rows)
         self.hard = np.array(hard)
         self.speeds = np.array(speeds)
+        # Rows and coefficients of friction.
         self.rough_links = [k for k, link in enumerate(draw.links) if link.friction]
         rows = [sliding_row(q, draw.links[k]) for k in self.rough_links]
         self.sliding = np.array(rows).real.reshape(-1, n)
@@ -361,6 +364,7 @@ def model_of(impact: Impact, velocities: np.ndarray, *, kind: str = "switched") 
             at(brake.first), at(brake.second), friction=brake.friction.make_law(),
             radius=brake.radius, force=brake.force(0.0),
         )  # fmt: skip
+    # Add what becomes active.
     for k, strike in enumerate(impact.strikes):
         a = at(strike.first)
         b = at(strike.second)
@@ -371,6 +375,7 @@ def model_of(impact: Impact, velocities: np.ndarray, *, kind: str = "switched") 
             joints[f"S{k}"] = new_joint(strike, q, a, b)
         elif kind == "switched":
             joints[f"S{k}"] = fb.contact.Switched(strike_joint(strike, a, b), lambda t: t > -1.0)
+    # Add sensors of all motions, work and losses.
     bodies = rigid_bodies(draw.parts, velocities, at)
     model = fb.Mechanism(bodies=bodies, joints=joints, loads=loads)
     sensors: dict = {"T": fb.KineticEnergy()}
@@ -434,10 +439,12 @@ def judge_impact(seed: int, *, new_joint: bool = False) -> tuple[str, str, str]:
         if any(strike.kind in ("clutch", "pin") for strike in impact.strikes):
             return kind, "left out", "a new joint must be met"
         impact, first_motion = continue_motion(impact)
+    # Find all solutions of the impulse problem.
     problem = Problem(impact)
     solutions = problem.solutions()
     solution_count = {0: "none", 1: "one"}.get(len(solutions), "several")
     model = model_of(impact, problem.before.reshape(-1, 3), kind="new" if new_joint else "switched")
+    # Simulate, unless the engine refuses.
     try:
         motion = fb.simulate(
             model,
@@ -453,6 +460,7 @@ def judge_impact(seed: int, *, new_joint: bool = False) -> tuple[str, str, str]:
     names = [
         n for k in range(len(impact.draw.parts)) for n in (f"v b{k}_X", f"v b{k}_Y", f"w b{k}")
     ]
+    # Compare velocities and energies.
     v = motion.sel(output=names).values
     speed_error = min((np.abs(v - s).max() for s in solutions), default=math.inf) / problem.scale
     before = problem.energy(problem.before)

@@ -319,6 +319,7 @@ class Reference:
         count = len(state.closed)
         old_modes = state.modes
         _, rates = self.gaps(y)
+        # Contacts that open or close.
         closing_mask = ~state.closed & event_mask[:count]
         opening_mask = state.closed & event_mask[:count]
         modes = old_modes.copy()
@@ -327,6 +328,7 @@ class Reference:
         of_contacts[closing_mask] = np.sign(speed[self.contacts][closing_mask])
         of_contacts[opening_mask] = np.nan
         modes[self.contacts] = of_contacts
+        # Rows that come to rest or begin to slide.
         friction_events = event_mask[count : count + len(self.names)]
         former_modes = np.where(
             friction_events & (np.abs(old_modes) == 1) & ~np.isnan(modes), old_modes, 0.0
@@ -345,6 +347,7 @@ class Reference:
         )
         self.fastest = max(self.fastest, float(np.abs(rates).max(initial=0.0)))
         names = self.names[self.contacts]
+        # Name the events.
         events = [
             Event(t, names[k], "closes", -rates[k] / self.fastest)
             for k in np.flatnonzero(closing_mask)

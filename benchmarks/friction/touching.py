@@ -149,12 +149,14 @@ def judge_body(seed: int) -> tuple[str, str, str]:
     body = FAMILIES[seed % len(FAMILIES)](rng)
     gap = rng.choice([0.0, 1e-12, -1e-12, 9e-10, -9e-10]) * body.size
     step = rng.choice([1e-3, 1e-2, 0.1])
+    # Simulate the body in touch, then its fall.
     try:
         fb.simulate(body.at(gap), duration=DURATION, step=step)
         touching = fb.simulate(body.at(gap), duration=DURATION, step=DURATION / POINTS)
     except fb.errors.RunError as error:
         return body.kind, "refused", str(error)
     falling = fb.simulate(body.at(FALL * body.size), duration=DURATION, step=DURATION / POINTS)
+    # Leave out the times after contacts close again.
     times = touching["time"].values
     fall = np.sqrt(2.0 * FALL * body.size / 1.0)
     rebounds = fall * (1.0 + 2.0 * body.restitution / (1.0 - body.restitution))
@@ -165,6 +167,7 @@ def judge_body(seed: int) -> tuple[str, str, str]:
         number = np.maximum(number, later)
     time_mask = number < 1.0
     time_mask &= times >= 0.5 * times[time_mask][-1]
+    # Compare mean places.
     start, touching_mean, falling_mean = (
         m.sel(output=["p_X", "p_Y"]).values[:, rows].mean(axis=1)
         for m, rows in ((touching, [0]), (touching, time_mask), (falling, time_mask))

@@ -117,6 +117,7 @@ class UncertainMechanism:
 
     def references(self) -> tuple[list[Reference], xr.DataArray]:
         """Return the reference, that with every second point in each direction, and the units."""
+        # Values of the inputs on the grid.
         normal = [k for k, v in self.inputs.items() if v.random]
         intervals = [k for k, v in self.inputs.items() if not v.random]
         a, b = self.points
@@ -133,8 +134,10 @@ class UncertainMechanism:
             middle = (distribution.upper + distribution.lower) / 2
             half = (distribution.upper - distribution.lower) / 2
             values[name] = np.repeat(middle + half * eta[:, k], len(xi))
+        # Runs at the output times, and at more.
         coarse, fine = (response(**values) for response in (self.response, self.fine_response))
         points = (*[b] * len(intervals), *[a] * len(normal))
+        # The reference, and that of every second point.
         pair = []
         for step in (1, 2):
             density = np.exp(-0.5 * x[::step] ** 2)
@@ -239,6 +242,7 @@ def requirements(
     fine_ends = [reference.bands(SIGMAS, fine=True)[1] for reference in references]
     width = np.ptp(ends[0], axis=0).mean(axis=-1)
     random = any(distribution.random for distribution in mechanism.inputs.values())
+    # Worst cases near the ends of the bands.
     for o in rng.permutation(varying)[:2]:
         side = rng.choice(["below", "above"])
         margin = width[o] * 10 ** rng.uniform(-2, 0)
@@ -253,6 +257,7 @@ def requirements(
             fb.Requirement(f"worst {o}", str(outputs[o]), **{str(side): float(signed_bound)})
         )
         met.append([bool(value <= bound) for value in of_side])
+    # Probabilities and shares near those of independent parts.
     runs = mechanism.parts(rng)
     at_outputs = runs[..., ::FINER]
     every_random = all(distribution.random for distribution in mechanism.inputs.values())
@@ -298,6 +303,7 @@ def _judge(
     varying = varying_outputs(references[0], units.values)
     if not len(varying):
         return {"failure": "no output depends on the inputs"}
+    # Make the study with its requirements.
     limits = list[fb.Requirement]()
     met = list[list[bool]]()
     if rng is not None:
@@ -321,6 +327,7 @@ def _judge(
             for v, pair in zip(result.verdicts, met, strict=False)
         ],
     }
+    # Compare its bands with the references.
     case = Case(
         mechanism.family, mechanism.seed, mechanism.response, mechanism.inputs, lambda _: truths[0]
     )

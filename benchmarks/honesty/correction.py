@@ -105,6 +105,7 @@ def judge_case(kind: str, seed: int) -> dict[str, object]:
     case = DRAWS[kind](rng)
     begin = time.process_time()
     record: dict[str, object] = {"kind": kind, "seed": seed, "free": case.free_discretization}
+    # Run with and without correction, then the reference.
     try:
         bands_of = {}
         work = {}
@@ -117,6 +118,7 @@ def judge_case(kind: str, seed: int) -> dict[str, object]:
         exact = truth(case, bands_of[True].attrs.get("halved", []))
     except Exception as error:
         return record | {"failure": f"{type(error).__name__}: {error}"[:200]}
+    # Compare errors and claims of outputs that are not rounding.
     exact_bands = tuple(exact[name].transpose("bound", "output", "time").values for name in BANDS)
     record["reference"] = float(exact.attrs["expected_error"])
     for correct, bands in bands_of.items():

@@ -112,6 +112,7 @@ def limit_of(peaks: np.ndarray, p: float) -> float:
 def case(seed: int) -> list[dict]:
     """Return verdicts on one requirement of each kind, and what is true."""
     r = np.random.default_rng([seed, 99])
+    # Draw a response.
     wave = Wave.draw(r)
     times = np.linspace(0.0, 1.0, int(r.integers(18 * wave.frequency + 12, 90)))
     response = wave.response(times)
@@ -122,6 +123,7 @@ def case(seed: int) -> list[dict]:
                           + highest_bar(Wave(wave.size, wave.frequency, wave.start + np.pi,
                                              wave.slopes, -wave.drift),
                                         all_times, 1.0)))  # fmt: skip
+    # Draw requirements near what is true.
     for kind in KINDS[:3]:
         first, last = np.sort(r.uniform(0.0, 1.0, 2))
         last = min(1.0, max(last, first + 0.05))
@@ -146,6 +148,7 @@ def case(seed: int) -> list[dict]:
         requirements.append(fb.Requirement(kind, "u", below=bound, during=window,
                                            criterion=criterion))  # fmt: skip
         records.append({"kind": kind, "margin": margin, "clear": is_clear, "seed": seed})
+    # Let a study judge them.
     study = fb.Study(response, INPUTS, fb.AdaptivePCCI(TOLERANCE), requirements=requirements,
                      scatter=SCATTER)  # fmt: skip
     with TemporaryDirectory() as folder, warnings.catch_warnings():

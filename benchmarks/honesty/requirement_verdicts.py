@@ -59,6 +59,7 @@ SAMPLES = 200
 
 def case(seed: int, number: int) -> dict[str, Any]:
     """Return the verdicts on six requirements of one random mechanism, with true margins."""
+    # Draw a mechanism with tolerances.
     rng = np.random.default_rng([seed, number])
     name = list(FAMILIES)[number % len(FAMILIES)]
     builder, nominal, duration = FAMILIES[name]
@@ -75,10 +76,12 @@ def case(seed: int, number: int) -> dict[str, Any]:
     times = {"duration": duration, "output_step": 2e-3}
     response = fb.dynamic_response(builder, **times)
     study = fb.Study(response, inputs, fb.AdaptivePCCI(tolerance=TOLERANCE))
+    # Run all vertices and samples with fine steps.
     fine_builder = partial(builder, elements=8) if name.startswith("elastic") else builder
     step = 5e-5 if fine_builder is not builder else 2.5e-4
     fine_times = {"duration": duration, "output_step": 5e-4}  # a verdict is about all times
     brute = _brute_force(fb.dynamic_response(fine_builder, step=step, **fine_times), inputs, rng)
+    # Draw limits near the extremes.
     requirements = []
     true_margins = []
     width = (brute.max("sample") - brute.min("sample")).mean("time")
@@ -94,6 +97,7 @@ def case(seed: int, number: int) -> dict[str, Any]:
             bound = float(runs.max()) + size if side == "below" else float(runs.min()) - size
             requirements.append(fb.Requirement(f"{output} {side}", output, **{side: bound}))
             true_margins.append(part)
+    # Let a study judge them.
     with TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         options = fb.RunOptions(failed="half step")

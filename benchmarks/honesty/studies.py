@@ -121,6 +121,7 @@ KINDS |= {
 
 def study(family: str, seed: int, rng: np.random.Generator, kind: Kind) -> Case:
     """Return the case of a kind of mechanism."""
+    # Draw the uncertain parameters and their distributions.
     candidates = [counts for counts in DIMENSIONS if sum(counts) <= kind.max_inputs]
     n, m = candidates[rng.integers(len(candidates))]
     nominal = {
@@ -140,6 +141,7 @@ def study(family: str, seed: int, rng: np.random.Generator, kind: Kind) -> Case:
             inputs[name] = fb.Uniform(*ends)
         else:
             inputs[name] = fb.Normal(value, value * radius / 2)
+    # Make the response and its reference.
     sensors = _draw_sensors(kind, rng)
 
     def builder(elements: int | None, **values) -> fb.Mechanism:

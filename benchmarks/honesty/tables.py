@@ -84,6 +84,7 @@ def judge(kind: str, seed: int) -> Outcome | None:
     n = space.random_dimension
     if m + n > MOST_INPUTS:
         return None
+    # Draw the rows of the table.
     unit, times = KINDS[kind](r, m + n)
     edge = ndtr(2.5)
     of_random = unit[:, m:] if kind != "gridded" else 1 - edge + (2 * edge - 1) * unit[:, m:]
@@ -91,10 +92,12 @@ def judge(kind: str, seed: int) -> Outcome | None:
     values: Mapping[str, np.ndarray] = {
         k: np.repeat(v, times) for k, v in space.numbers_at(xi, 2 * unit[:, :m] - 1).items()
     }
+    # Fill in the responses, with noise in noisy tables.
     F = case.response(**values)
     noise = r.choice([0.003, 0.02]) if kind == "noisy" else 0.0
     F = F.copy(data=F.values + noise * F.values.std(axis=0) * r.standard_normal(F.shape))
     table = F.to_dataset(name="F").assign({k: ("sample", v) for k, v in values.items()})
+    # Judge the bands of the surrogate.
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:

@@ -39,6 +39,7 @@ def draw_response(seed: int, *, smooth: bool) -> tuple[Response, dict[str, Any],
     """Return a response, its inputs, and the true error bar, shape (2, times)."""
     rng = np.random.default_rng((seed, smooth))
     n, m = (int(k) for k in rng.integers(1, 4, 2))
+    # The direction of the kink, and where it begins.
     direction = rng.normal(size=n + m)
     direction /= np.linalg.norm(direction)
     slopes = rng.normal(size=n + m) * rng.integers(0, 2, n + m)
@@ -53,6 +54,7 @@ def draw_response(seed: int, *, smooth: bool) -> tuple[Response, dict[str, Any],
         kink_part = (excess > 0) * (1.0 if jump else excess)
         return x @ slopes, size * (np.exp(0.5 * excess - 1) if smooth else kink_part)
 
+    # The response and its inputs.
     names = [f"x{k}" for k in range(n)] + [f"e{k}" for k in range(m)]
     inputs = {k: fb.Normal(0, 1) if k[0] == "x" else fb.Interval(-1, 1) for k in names}
 
@@ -64,6 +66,7 @@ def draw_response(seed: int, *, smooth: bool) -> tuple[Response, dict[str, Any],
             coords={"time": TIMES},
         )
 
+    # The true error bar, from samples on a grid of the intervals.
     ends = []
     for eta in tensor_points([np.linspace(-1, 1, GRID)] * m):
         linear_part, kink_part = values(np.concatenate([z, np.tile(eta, (SAMPLES, 1))], axis=1))

@@ -136,6 +136,7 @@ def mechanism(draw: Draw, velocities: np.ndarray) -> fb.Mechanism:
     joints = {}
     loads = {"gravity": fb.Gravity(y=-GRAVITY)}
     sensors = {}
+    # Joints and drives.
     for k, (kind, first, second, *numbers) in enumerate(draw.joints):
         if kind == "motor":
             angle = draw.parts[first.body].place[2]
@@ -148,6 +149,7 @@ def mechanism(draw: Draw, velocities: np.ndarray) -> fb.Mechanism:
             joints[f"J{k}"] = make(at(first), at(second), *numbers)
     for k, (first, second, stiffness, rest) in enumerate(draw.springs):
         loads[f"spring {k}"] = fb.Spring(at(first), at(second), stiffness, rest)
+    # Contacts; those of pins and guides are joints.
     for k, touch in enumerate(draw.touches):
         kind, first, second, numbers, (K, e, n) = touch
         name = f"T{k}"
@@ -227,6 +229,7 @@ def add_gradient(row, i, nx, ny, dx, dy, sign):
 def gap(q, kind, i, j, p, row):
     """Return a gap and fill its derivative by q."""
     row[:] = 0.0
+    # Between angles.
     if kind == TURN:
         a = (q[3 * i + 2] if i >= 0 else 0.0) - (q[3 * j + 2] if j >= 0 else 0.0)
         if i >= 0:
@@ -234,6 +237,7 @@ def gap(q, kind, i, j, p, row):
         if j >= 0:
             row[3 * j + 2] = p[4]
         return p[5] - p[4] * a
+    # Between a point and a line or a circle.
     x1, y1, dx1, dy1 = position(q, i, p[0], p[1])
     x2, y2, dx2, dy2 = position(q, j, p[2], p[3])
     x = x1 - x2
@@ -303,6 +307,7 @@ def derivative(
     v = y[n:]
     forces = np.zeros(n)
     row = np.zeros(n)
+    # Gravity and springs.
     for i in range(n // 3):
         forces[3 * i + 1] = -GRAVITY * mass[3 * i]
     for s in range(len(springs)):
@@ -315,6 +320,7 @@ def derivative(
         add_gradient(row, i, (x1 - x2) / d, (y1 - y2) / d, dx1, dy1, 1.0)
         add_gradient(row, j, (x1 - x2) / d, (y1 - y2) / d, dx2, dy2, -1.0)
         forces -= p[4] * (d - p[5]) * row
+    # Contacts that are closed.
     J, right, _ = constraints(q, v, joints, numbers)
     for k in range(len(touches)):
         if closed[k]:
@@ -404,7 +410,9 @@ class Reference:
         row = np.zeros(n)
         arguments = (self.mass, self.joints, self.numbers, self.springs, self.of_springs,
                      self.touches, self.of_touches)  # fmt: skip
+        # Integrate from event to event.
         while t < times[-1] and len(events) <= EVENTS:
+            # Gaps that close or open, then contacts that are pressed in again.
             event_functions, (g, _) = [], self.gaps(y[:n], y[n:])
             for k, ((kind, i, j), p) in enumerate(zip(self.touches, self.of_touches, strict=True)):
                 offset = 0.0 if closed[k] else max(0.0, ZERO - g[k])
@@ -425,6 +433,7 @@ class Reference:
                 approach_rate.terminal = True
                 approach_rate.direction = -1.0
                 event_functions.append(approach_rate)
+            # Integrate to the next event.
             state = closed.copy(), impact_speeds.copy(), over.copy()
 
             def rates_of(_, y, state=state):
@@ -443,6 +452,7 @@ class Reference:
             if inside.any():
                 places[inside] = part.sol(times[inside])[:n].T
             y, t = part.y[:, -1], float(part.t[-1])
+            # Change the state of what has closed, opened or been pressed in.
             g, rates = self.gaps(y[:n], y[n:])
             fastest = max(fastest, float(np.abs(rates).max()))
             event_mask = np.array([len(moments) > 0 for moments in part.t_events])

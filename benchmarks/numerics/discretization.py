@@ -98,6 +98,7 @@ def motions(folder: Path, seed: int, runs_per_mechanism: int) -> None:
     outputs = []
     times = []
     all_step_errors = []
+    # Compare estimates with true errors, mechanism by mechanism.
     for name, draw in DRAWN.items():
         mechanism_ratios: list[float] = []
         for k in range(runs_per_mechanism):
@@ -121,6 +122,7 @@ def motions(folder: Path, seed: int, runs_per_mechanism: int) -> None:
         rows.append(
             [name, str(runs_per_mechanism), str(len(mechanism_ratios)), *map(str, within), *ends]
         )
+    # Summarize times and warnings.
     single = np.array(times)
     warning_errors = [v for _, v in all_step_errors if v is not None]
     wrong = [v for largest, v in all_step_errors if largest > 0.05]
@@ -187,6 +189,7 @@ def studies(folder: Path, seed: int, cases_per_kind: int) -> None:
     error_rows = []
     notes = []
     halved_count = 0
+    # Compare expected with true errors, mechanism by mechanism.
     for name, kind in KINDS.items():
         kind_errors = []
         for k in range(cases_per_kind):
@@ -215,6 +218,7 @@ def studies(folder: Path, seed: int, cases_per_kind: int) -> None:
             str(sum(right(t, c) for t, c, _ in kind_errors)),
             str(sum(t > 5 * c > 0 for t, c, _ in kind_errors)),
         ])  # fmt: skip
+    # Summarize all studies.
     right_count = sum(right(t, c) for t, c, _ in error_rows)
     low, high = binomtest(right_count, len(error_rows)).proportion_ci(method="exact")
     notes += [

@@ -85,6 +85,7 @@ def mechanism(draw: Draw) -> fb.Mechanism:
             return place
         return place[0] if draw.parts[place[0]].inertia is None else f"{place[0]}.{place[1]}"
 
+    # Bodies.
     for name, part in draw.parts.items():
         sensors[f"place {name}"] = fb.Position(name)
         if part.inertia is None:
@@ -95,6 +96,7 @@ def mechanism(draw: Draw) -> fb.Mechanism:
                 mass=part.mass, inertia=part.inertia, points=part.points, position=part.place,
                 angle=part.angle,
             )  # fmt: skip
+    # Joints.
     kinds: dict[str, Callable] = {
         "pin": fb.Revolute,
         "weld": fb.Weld,
@@ -107,6 +109,7 @@ def mechanism(draw: Draw) -> fb.Mechanism:
         joints[name] = kinds[kind](of(first), of(second), *numbers)
         if kind != "motor":
             sensors[f"force {name}"] = fb.Reaction(name)
+    # Springs.
     for k, (kind, first, second, *numbers) in enumerate(draw.springs):
         spring = fb.Spring if kind == "line" else fb.TorsionSpring
         stiffness, rest, damping = numbers
@@ -272,6 +275,7 @@ class Reference:
         def derivative(_, y):
             return np.concatenate([y[n:], self.accelerations(y[:n], y[n:])[0]])
 
+        # Integrate twice; what is sensitive or singular has no reference.
         coarse, fine = (
             solve_ivp(
                 derivative, (0.0, float(times[-1])), begin, method, dense_output=True,
@@ -290,6 +294,7 @@ class Reference:
             or min(map(self.determinacy, places)) < SINGULAR
         ):
             return None
+        # Collect places, angles and forces of joints.
         outputs: dict[str, list] = {}
         for state in fine.sol(times).T:
             q = state[:n]

@@ -55,6 +55,7 @@ def main() -> None:
         step=1.2e-3,
         integrator=fb.GeneralizedAlpha(step_tolerance=arguments.tolerance),
     )
+    # Sample parts by the engine.
     quantities = {name: fb.analysis.Final(output) for name, output in NUMBERS.items()}
     warnings.simplefilter("ignore", fb.errors.FlexbandWarning)
     start_time = time.process_time()
@@ -70,6 +71,7 @@ def main() -> None:
         runs = fb.execution.open_runs(folder)["outputs"].isel(time=-1).load()
     cpu = time.process_time() - start_time
 
+    # Sample other parts by the independent program.
     rng = np.random.default_rng(1000 + arguments.seed)
     points = [rng.uniform(i.lower, i.upper, arguments.samples) for i in INPUTS.values()]
     reference = np.empty((arguments.samples, 3))
@@ -77,6 +79,7 @@ def main() -> None:
     worn_pin.samples(*points, reference)
     cpu_of_reference = time.process_time() - start_time
 
+    # Compare the distributions.
     rows = []
     measurements = {}
     agreement = True

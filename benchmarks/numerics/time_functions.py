@@ -56,6 +56,7 @@ class Trial(NamedTuple):
 def trial(kind: str, family: str, seed: int) -> Trial:
     """Return the outcome of a random function that is a "load" or a "drive"."""
     rng = np.random.default_rng([seed, *family.encode()])
+    # Draw functions of time.
     one_time = rng.random() < 0.25
     steps = int(log_uniform(rng, 100, MAX_STEPS_OF_ONE_TIME if one_time else MAX_STEPS))
     h = log_uniform(rng, 1e-4, 1e-2)
@@ -68,11 +69,13 @@ def trial(kind: str, family: str, seed: int) -> Trial:
             for function in random_functions
         ]
     f = functions(random_functions, one_time)
+    # Exact solutions.
     times = h * np.arange(steps + 1)
     omega = rng.choice([0.0, rng.uniform(1, 6) / times[-1]])
     exact = response if kind == "load" else travel
     references = [exact(function, omega, times) for function in random_functions]
     inertia = 20 * max(np.abs(reference[0]).max() for reference, _ in references)
+    # Simulate, and keep the warnings.
     mechanism = forced_body(f, omega, inertia) if kind == "load" else driven_mass(f)
     with warnings.catch_warnings(record=True) as warning_list:
         warnings.simplefilter("always")
@@ -80,6 +83,7 @@ def trial(kind: str, family: str, seed: int) -> Trial:
     motion = motion.reshape(samples, -1, steps + 1)
     motion = motion[:, ::2] if motion.shape[1] == 4 else motion  # x of x and y
     motion = motion * inertia if kind == "load" and omega else motion
+    # Find the largest error over what is allowed.
     error = allowed_error = 0.0
     for result, (reference, linear) in zip(motion, references, strict=True):
         scale = np.maximum(np.ptp(reference, axis=1), 1e-12)
@@ -95,6 +99,7 @@ def trial(kind: str, family: str, seed: int) -> Trial:
         (0 if error <= allowed_error else 3)
         + (1 if error <= allowed_error else -1) * bool(messages)
     ]
+    # Count divided steps of smooth functions.
     needless = 0
     if not any(function.breakpoints for function in random_functions):
         with warnings.catch_warnings():

@@ -150,6 +150,7 @@ def sample(clearance, mass, numbers):
             event = 1
         elif impact_speed >= 0.0 and not impact_over and leaves and rate > 0.0:
             event = 2
+        # Bisect the step for the event.
         if event > 0:
             low, high = 0.0, h
             for _ in range(60):
@@ -162,6 +163,7 @@ def sample(clearance, mass, numbers):
                     low = actual_step
             actual_step = high
             try_step(t, y, actual_step, clearance, mass, impact_speed, impact_over, f, new)
+        # Accept the step, and change the state of the contact.
         t += actual_step
         y[:] = new
         depth, rate, nx, ny = contact(t, y, clearance)

@@ -83,6 +83,7 @@ def replay(case: str) -> None:
     """Print as `child` what the recorded runs of an example take, or its narrowed bands."""
     kind, _, file = case.split()
     study = load_study(ROOT / file)
+    # Time the simulations apart from the analysis.
     simulation_seconds = 0.0
     simulate = DynamicResponse.__call__
 
@@ -94,6 +95,7 @@ def replay(case: str) -> None:
         return outputs
 
     DynamicResponse.__call__ = time_call
+    # Record the runs, then time what is computed from them.
     with tempfile.TemporaryDirectory() as folder:
         expand = partial(fb.expand, study.response, study.inputs, study.method, store=folder)
         surrogate = expand()

@@ -117,6 +117,7 @@ def sample_moments(surrogate: PhaseExpansion) -> None:
 def main() -> None:
     arguments = options(__doc__, 256)
     order = ORDER if arguments.samples >= 256 else 1
+    # Record the runs of improved PCCI.
     response = fb.dynamic_response(slider_crank, duration=DURATION, step=STEP)
     inputs = EXAMPLE["inputs"]
     method = fb.ImprovedPCCI(random_order=order, interval_order=order)
@@ -134,6 +135,7 @@ def main() -> None:
             fb.propagate, lambda **_: runs, inputs, method
         ),
     }
+    # Surrogates of oscillations.
     full_size = arguments.samples >= 256
     phase_resolved = long_phase(10_000 if full_size else 2_000)
     wide_surrogate = many_inputs(600 if full_size else 24)
@@ -146,6 +148,7 @@ def main() -> None:
             sample_moments, wide_surrogate
         ),
     }
+    # Compare with chaospy, if it is there.
     notes = [f"{runs.shape[0]} runs, {runs.sizes['time']} times, {runs.sizes['output']} outputs"]
     if find_spec("chaospy") is None:
         notes.append("chaospy is not installed: its row is omitted")

@@ -137,6 +137,7 @@ def main() -> None:
     run_adaptive(subset, law, FIRST, 1e-6)  # compile
     run_fixed(subset, 1e-5)
 
+    # Measure the chosen steps and their errors.
     instants, cpu, wall = run_adaptive(clearances, law, TURNS, tolerance, cores)
     exact = run_adaptive(subset, law, FIRST, 1e-11)[0]
     half = run_adaptive(subset, law, TURNS, tolerance / 2)[0]
@@ -149,6 +150,7 @@ def main() -> None:
     elastic_instants = run_adaptive(subset, ELASTIC, FIRST, 1e-11)[0]
     of_elastic, cpu_elastic, _ = run_adaptive(subset, ELASTIC, TURNS, tolerance)
     limit = error(of_elastic, elastic_instants)
+    # Find the fixed step that is as accurate.
     step = STEP
     fixed_error = np.inf
     for parts in (150, 200, 240, 300, 400, 480, 600, 800, 1200, 2400, 4800):
@@ -157,6 +159,7 @@ def main() -> None:
             fixed_error = error(run_fixed(subset, step), elastic_instants)
     cpu_fixed = cost_of_fixed(subset, step)
 
+    # Report costs per sample.
     per_sample = 1e3 * cpu / len(clearances)
     elastic_cost = 1e3 * cpu_elastic / len(subset)
     fixed_cost = 1e3 * cpu_fixed / len(subset)
@@ -183,6 +186,7 @@ def main() -> None:
             f"{1e3 * fixed_cost / count:.2f} µs per step",
         ],
     )
+    # Compare with Exudyn, if it is there.
     if peer.AVAILABLE:
         comparison = peer_contact.compare(1024, arguments.repeats, 1e-5)
         report(

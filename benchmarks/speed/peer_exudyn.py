@@ -60,6 +60,7 @@ def build(crank_length: float, spring_stiffness: float, youngs_modulus: float, n
         )
         return node, mbs.AddObject(body)
 
+    # The crank and its drive.
     L = crank_length
     tip = SPEED * crank_length
     ground = mbs.AddObject(interface.ObjectGround())
@@ -72,6 +73,7 @@ def build(crank_length: float, spring_stiffness: float, youngs_modulus: float, n
             markerNumbers=[ground_marker, of_node(crank_node, 2)], velocityLevel=True, offset=SPEED
         )
     )
+    # The link.
     nodes = [
         mbs.AddNode(
             interface.NodePoint2DSlope1(
@@ -95,6 +97,7 @@ def build(crank_length: float, spring_stiffness: float, youngs_modulus: float, n
         mbs.AddMarker(interface.MarkerNodePosition(nodeNumber=n)) for n in (nodes[0], nodes[-1])
     ]
     pin(at_body(crank, L / 2), ends[0])
+    # The slider and its spring.
     mass = 7800 * 0.08 * 0.08 * 0.2
     slider_node, slider = rigid(L + LINK, [0, 0, 0], mass, mass * 0.08**2 / 6)
     pin(at_body(slider), ends[1])

@@ -158,6 +158,7 @@ def main() -> None:
     z = work.z
     matrix = work.matrix
     pattern = structure.pattern
+    # Count operations of each part.
     count = {
         "residual": operations(
             lambda: equations.residual(structure, values, 0, z, work.r, work.blocks)
@@ -175,6 +176,7 @@ def main() -> None:
         ),
     }
     start(structure, values, work, np.zeros((4, WIDTH)), False, 1.0)
+    # Measure their times.
     array = zeros(3) + 0.5
     repeats = np.int64(arguments.samples)
     cases = {"multiply-adds": lambda: kernel_time(multiply_adds, repeats, array)}
@@ -183,6 +185,7 @@ def main() -> None:
     measurements = alternate(cases, arguments.repeats)
     us = medians(measurements)
     us["factorization"] = us["tangent and factorization"] - us["tangent"]
+    # Report rates relative to the peak.
     peak = 2 * CHAINS * WIDTH / us["multiply-adds"] / 1e3
     rows = [["multiply-adds, twelve chains", str(2 * CHAINS), "", f"{peak:.1f}", "1.00"]]
     parts = [(name, count[name], us[name]) for name in count]

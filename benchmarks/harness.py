@@ -18,18 +18,18 @@ PACKAGES = ("flexband", "numpy", "numba", "scipy", "xarray", "exudyn", "chaospy"
 
 
 def options(
-    description: str | None, samples: int, **more: str | tuple[Any, str]
+    description: str | None, samples: int, **extra_options: str | tuple[Any, str]
 ) -> argparse.Namespace:
     """Return the options of the command line: size, number of repetitions and output folder.
 
-    `more` are additional options, name -> help of a text, or the default value and the help.
+    `extra_options` are the further ones, name -> help of a text, or the default value and the help.
     """
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--samples", type=int, default=samples, help="samples per batch")
     parser.add_argument("--repeats", type=int, default=5, help="number of repetitions")
     parser.add_argument("--output", type=Path, default=ROOT / "output" / "bench")
-    for name, given in more.items():
-        default, meaning = ("", given) if isinstance(given, str) else given
+    for name, definition in extra_options.items():
+        default, meaning = ("", definition) if isinstance(definition, str) else definition
         option = f"--{name.replace('_', '-')}"
         parser.add_argument(option, type=type(default), default=default, help=meaning)
     return parser.parse_args()
@@ -37,16 +37,16 @@ def options(
 
 def alternate(cases: Mapping[str, Callable[[], float]], repeats: int) -> dict[str, list[float]]:
     """Return `repeats` measurements of each case; the cases alternate."""
-    measured: dict[str, list[float]] = {name: [] for name in cases}
+    measurements: dict[str, list[float]] = {name: [] for name in cases}
     for _ in range(repeats):
         for name, case in cases.items():
-            measured[name].append(case())
-    return measured
+            measurements[name].append(case())
+    return measurements
 
 
-def medians(measured: Mapping[str, Sequence[float]]) -> dict[str, float]:
+def medians(measurements: Mapping[str, Sequence[float]]) -> dict[str, float]:
     """Return the median of each case."""
-    return {name: statistics.median(values) for name, values in measured.items()}
+    return {name: statistics.median(values) for name, values in measurements.items()}
 
 
 def machine() -> dict[str, str]:
@@ -75,7 +75,7 @@ def report(
     name: str,
     header: Sequence[str],
     rows: Sequence[Sequence[str]],
-    measured: Mapping[str, object],
+    measurements: Mapping[str, object],
     notes: Sequence[str] = (),
 ) -> None:
     """Print a table and write it to ``name.md`` and all numbers to ``name.json``."""
@@ -88,5 +88,7 @@ def report(
     print(text)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / f"{name}.md").write_text(text, encoding="utf-8")
-    data = json.dumps({"machine": facts, "measured": measured, "notes": list(notes)}, indent=1)
-    (folder / f"{name}.json").write_text(data, encoding="utf-8")
+    numbers = json.dumps(
+        {"machine": facts, "measured": measurements, "notes": list(notes)}, indent=1
+    )
+    (folder / f"{name}.json").write_text(numbers, encoding="utf-8")

@@ -39,12 +39,12 @@ nominal = response(**{name: np.array([size]) for name, size in SIZES.items()})[0
 path, force = nominal.sel(output="middle_Y").values, float(nominal.sel(output="D_X").max())
 limits = [fb.Limit("middle_Y", path + 4.5e-4, path - 4.5e-4), fb.Limit("D_X", below=1.01 * force)]
 surrogate = fb.expand(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
-found = fb.analysis.allocate(surrogate, limits, COSTS, response=response)
+allocation = fb.analysis.allocate(surrogate, limits, COSTS, response=response)
 
 
 def sampled(count=10_000):
-    rng, own = np.random.default_rng(0), found["tolerance"].to_series()
-    return response(**{k: SIZES[k] + t * rng.uniform(-1, 1, count) for k, t in own.items()})
+    rng, tolerances = np.random.default_rng(0), allocation["tolerance"].to_series()
+    return response(**{k: SIZES[k] + t * rng.uniform(-1, 1, count) for k, t in tolerances.items()})
 
 
 def picture(drawing, plot):
@@ -56,4 +56,4 @@ def picture(drawing, plot):
 
 
 if __name__ == "__main__":
-    print(found.attrs["verdict"])
+    print(allocation.attrs["verdict"])

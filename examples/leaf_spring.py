@@ -21,8 +21,8 @@ def arc(u):
 
 def height(x):
     """Return the height [m] at the position x [m] along the leaf."""
-    away = np.abs(2 * x / LEAF - 1)  # 0 in the middle, 1 at the eyes
-    return THIN + (THICK - THIN) * np.sqrt(np.clip(1 - away, 0.0, 1.0))
+    distance = np.abs(2 * x / LEAF - 1)  # 0 in the middle, 1 at the eyes
+    return THIN + (THICK - THIN) * np.sqrt(np.clip(1 - distance, 0.0, 1.0))
 
 
 LEAF = fb.Beam.along(arc, height=THICK, width=WIDTH, elements=2, **SPRING_STEEL).length

@@ -15,7 +15,7 @@ UP = (0.0, 1.0)
 
 
 def shaker(payload, front, rear, unbalance, rubber):
-    damping = np.array([DAMPING[one] for one in rubber])
+    damping = np.array([DAMPING[kind] for kind in rubber])
     mount = {"stiffness": front, "damping": damping, "rest_length": HEIGHT}
     return fb.Mechanism(
         bodies={"machine": fb.RigidBody(mass=FRAME + payload, inertia=10.0, position=(0.0, HEIGHT),
@@ -45,7 +45,7 @@ def picture(drawing, plot):
     fb.draw(shaker(33.0, 4e4, 4e4, 0.025, ["natural"]), axes=drawing, dimensions=False)
     bands = study.run().sel(output="front_F")
     for rubber, color in zip(DAMPING, ("#fdae6b", "#3182bd"), strict=True):
-        own = bands["error_bar_by_choice"].sel(choice=rubber)
-        plot.fill_between(bands.time, *own, color=color, alpha=0.7, label=f"{rubber} rubber")
+        error_bar = bands["error_bar_by_choice"].sel(choice=rubber)
+        plot.fill_between(bands.time, *error_bar, color=color, alpha=0.7, label=f"{rubber} rubber")
     plot.set(xlabel="time [s]", ylabel="error bar of the force on the floor [N]")
     plot.legend()

@@ -44,9 +44,9 @@ def motion():
 
 def lag(result):
     """Return the displacement of the tip [m] to the left of that of a rigid beam."""
-    turned = angle(result.time.values)
+    rigid_angle = angle(result.time.values)
     x, y = result.sel(output=["tip_X", "tip_Y"]).values
-    return np.cos(turned) * y - np.sin(turned) * x
+    return np.cos(rigid_angle) * y - np.sin(rigid_angle) * x
 
 
 def picture(drawing, plot):

@@ -141,7 +141,7 @@ def four_bar(example):
 
 def allocated_tolerances(example):
     """The tolerances cost what exhaustive vertices allow; samples and vertices keep the limits."""
-    allocation = example.found
+    allocation = example.allocation
     example.sampled.__wrapped__.__defaults__ = (500,)  # instead of 10 000, in the picture as well
     assert allocation.attrs["confirmed"] == "yes"
     assert allocation["saving"].values.min() > 0  # both limits bind

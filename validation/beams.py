@@ -23,16 +23,18 @@ def _beam(slenderness: float, elements: int = 4) -> tuple[fb.Beam, float]:
 
 def slender_cantilever() -> list[Check]:
     """Four elements under a tip force P L²/EI = 1, against the inextensible elastica."""
-    found = []
+    checks = []
     for slenderness in (100.0, 500.0):
         beam, bending = _beam(slenderness)
         x, y, angle = cantilever(beam, {"P": fb.Force("beam.end", y=bending)})
-        own, exact = (1 - x, y, angle), (0.0564332363, 0.3017207738, 0.4613519497)
-        found += [
+        deflections, exact = (1 - x, y, angle), (0.0564332363, 0.3017207738, 0.4613519497)
+        checks += [
             Check(f"four elements, L/h = {slenderness:g}, a = 1: {name}", reference, value, 1e-4)
-            for name, value, reference in zip(("u/L", "w/L", "tip angle"), own, exact, strict=True)
+            for name, value, reference in zip(
+                ("u/L", "w/L", "tip angle"), deflections, exact, strict=True
+            )
         ]
-    return found
+    return checks
 
 
 def princeton() -> list[Check]:
@@ -44,7 +46,7 @@ def princeton() -> list[Check]:
         ("soft", 8.896): 0.146246,
         ("soft", 13.345): 0.200678,
     }
-    found = []
+    checks = []
     for (plane, force), reference in exact.items():
         height, width = (high, low) if plane == "stiff" else (low, high)
         beam = fb.Beam(
@@ -53,8 +55,8 @@ def princeton() -> list[Check]:
         )  # fmt: skip
         _, y, _ = cantilever(beam, {"P": fb.Force("beam.end", y=force)})
         name = f"Princeton beam, {plane} plane, {force:g} N, tip [m]"
-        found.append(Check(name, reference, float(y), 3e-4 * reference))
-    return found
+        checks.append(Check(name, reference, float(y), 3e-4 * reference))
+    return checks
 
 
 def roll_up() -> list[Check]:
@@ -64,7 +66,7 @@ def roll_up() -> list[Check]:
         length=1.0, mass_per_length=1.0, axial_stiffness=1e6 * bending,
         bending_stiffness=bending, elements=16,
     )  # fmt: skip
-    found = []
+    checks = []
     for name, member in (("beam", beam), ("cable", cable)):
         model = fb.Mechanism(
             bodies={"beam": member},
@@ -73,23 +75,25 @@ def roll_up() -> list[Check]:
             sensors={"tip": fb.Position("beam.end"), "U": fb.ElasticEnergy()},
         )
         x, y, energy = fb.equilibrium(model, steps=20).values
-        found += differences(f"roll-up, {name}, tip [m]", np.array([x, y]), (0.0, 0.0), 1e-6)
+        checks += differences(f"roll-up, {name}, tip [m]", np.array([x, y]), (0.0, 0.0), 1e-6)
         reference = 2 * np.pi**2
-        own = float(energy / bending)
-        found.append(Check(f"roll-up, {name}, energy L/EI", reference, own, 1e-6 * reference))
-    return found
+        scaled_energy = float(energy / bending)
+        checks.append(
+            Check(f"roll-up, {name}, energy L/EI", reference, scaled_energy, 1e-6 * reference)
+        )
+    return checks
 
 
 def frequencies() -> list[Check]:
     """Clamped–free beam of four elements, L/h = 500, against a thin beam: (βL)²."""
     beam, bending = _beam(500.0)
     model = fb.Mechanism(bodies={"beam": beam}, joints={"clamp": fb.Weld("beam.start", (0.0, 0.0))})
-    own = fb.modes(model, 3, about="start")["frequency"].values * 2 * np.pi
-    own /= np.sqrt(bending / (DENSITY * 0.01 / 500.0))
+    eigenvalues = fb.modes(model, 3, about="start")["frequency"].values * 2 * np.pi
+    eigenvalues /= np.sqrt(bending / (DENSITY * 0.01 / 500.0))
     roots, relative = (1.875104, 4.694091, 7.854757), (2e-4, 1.5e-3, 1.2e-2)
     return [
         Check(f"clamped–free, four elements, (β{k} L)²", r**2, float(w), part * r**2)
-        for k, (w, r, part) in enumerate(zip(own, roots, relative, strict=True), start=1)
+        for k, (w, r, part) in enumerate(zip(eigenvalues, roots, relative, strict=True), start=1)
     ]
 
 

@@ -13,13 +13,13 @@ class Check(NamedTuple):
 
     name: str
     reference: float
-    ours: float
+    result: float
     tolerance: float
 
     @property
     def difference(self) -> float:
         """Absolute difference between the two."""
-        return abs(self.ours - self.reference)
+        return abs(self.result - self.reference)
 
     @property
     def holds(self) -> bool:
@@ -28,10 +28,10 @@ class Check(NamedTuple):
 
 
 def differences(
-    name: str, ours: np.ndarray, reference: Sequence[float], tolerance: float
+    name: str, results: np.ndarray, reference: Sequence[float], tolerance: float
 ) -> list[Check]:
     """Return one check for each component of a plane vector."""
     return [
         Check(f"{name} {axis}", float(r), float(o), tolerance)
-        for axis, o, r in zip("XY", ours, reference, strict=True)
+        for axis, o, r in zip("XY", results, reference, strict=True)
     ]

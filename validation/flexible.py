@@ -35,21 +35,21 @@ def elastica() -> list[Check]:
         length=length, elements=16, mass_per_length=7800 * area,
         axial_stiffness=modulus * area, bending_stiffness=modulus * second,
     )  # fmt: skip
-    found = []
+    checks = []
     for a, reference in exact.items():
         force = fb.Force("beam.end", y=a * modulus * second / length**2)
         x, y, angle = cantilever(strip, {"P": force})
-        own = (length - x, y, angle)
-        for name, value, r in zip(("u/L", "w/L", "tip angle"), own, reference, strict=True):
-            found.append(Check(f"elastica, a = {a}: {name}", r, float(value), 1e-5))
-    return found
+        deflections = (length - x, y, angle)
+        for name, value, r in zip(("u/L", "w/L", "tip angle"), deflections, reference, strict=True):
+            checks.append(Check(f"elastica, a = {a}: {name}", r, float(value), 1e-5))
+    return checks
 
 
 def thin_cantilever() -> list[Check]:
     """Reissner beam with shear and the tip force F = 3EI/L²."""
     length, side, modulus = 2.0, 0.1, 2.07e11
     force = 3 * modulus * side**4 / 12 / length**2
-    found = []
+    checks = []
     for elements, relative in ((8, 5e-5), (32, 1e-6)):
         beam = fb.Beam(
             length=length, height=side, width=side, youngs_modulus=modulus, poissons_ratio=0.3,
@@ -58,9 +58,9 @@ def thin_cantilever() -> list[Check]:
         x, y, _ = cantilever(beam, {"F": fb.Force("beam.end", y=-force)})
         name = f"thin cantilever, {elements} elements, tip displacement [m]"
         size = np.hypot(0.5094647177, 1.2088228296)
-        for axis, own, r in (("X", x - length, -0.5094647177), ("Y", y, -1.2088228296)):
-            found.append(Check(f"{name} {axis}", r, float(own), relative * size))
-    return found
+        for axis, displacement, r in (("X", x - length, -0.5094647177), ("Y", y, -1.2088228296)):
+            checks.append(Check(f"{name} {axis}", r, float(displacement), relative * size))
+    return checks
 
 
 def thick_cantilever() -> list[Check]:
@@ -74,7 +74,7 @@ def thick_cantilever() -> list[Check]:
             (6.1256e-4, 7.9674e-4, 8.0888e-4, 8.0979e-4),
         ),
     }
-    found = []
+    checks = []
     for name, (rule, exact) in rules.items():
         for elements, reference in zip((1, 4, 16, 64), exact, strict=True):
             beam = fb.Beam(
@@ -82,13 +82,13 @@ def thick_cantilever() -> list[Check]:
                 density=7850.0, elements=elements, integration=rule,
             )  # fmt: skip
             _, y, _ = cantilever(beam, {"F": fb.Force("beam.end", y=-62_500.0)}, axis=True)
-            found.append(
+            checks.append(
                 Check(
                     f"thick cantilever, {name}, {elements} elements, tip [m]",
                     reference, float(-y), 5e-4 * reference,
                 )
             )  # fmt: skip
-    return found
+    return checks
 
 
 def pendulum(
@@ -180,11 +180,11 @@ def flexible_slider_crank() -> list[Check]:
     times = motion.time.values
     peak = float(np.abs(deflection).max())
     name = "flexible slider–crank, deflection of the middle"
-    found = [Check(f"{name}, largest [m]", 1.858e-3, peak, 0.02 * 1.858e-3)]
+    checks = [Check(f"{name}, largest [m]", 1.858e-3, peak, 0.02 * 1.858e-3)]
     for t, r in ((0.01, 6.98e-4), (0.05, 9.75e-4), (0.08, -1.646e-3)):
-        own = float(deflection[np.argmin(np.abs(times - t))])
-        found.append(Check(f"{name}, t = {t:g} s [m]", r, own, 0.02 * abs(r)))
-    return found
+        deflection_at_t = float(deflection[np.argmin(np.abs(times - t))])
+        checks.append(Check(f"{name}, t = {t:g} s [m]", r, deflection_at_t, 0.02 * abs(r)))
+    return checks
 
 
 def slider_crank_of_the_test_set() -> list[Check]:
@@ -203,7 +203,7 @@ def slider_crank_of_the_test_set() -> list[Check]:
     ]
 
 
-def strained(model: fb.Mechanism, duration: float, step: float) -> xr.DataArray:
+def simulate_strained(model: fb.Mechanism, duration: float, step: float) -> xr.DataArray:
     """Return a motion of members that are strained by more than 10 %, as their problems demand."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fb.errors.StrainWarning)
@@ -217,8 +217,8 @@ def flying_spaghetti() -> list[Check]:
         100: {5: (5.7315, 6.7442, 10.4829, 5.7530), 10: (15.6657, 1.6030, 16.1057, 7.3238)},
     }
 
-    def load(most: float):
-        return lambda t: most * np.interp(t, [0.0, 2.5, 5.0], [0.0, 1.0, 0.0])
+    def load(peak: float):
+        return lambda t: peak * np.interp(t, [0.0, 2.5, 5.0], [0.0, 1.0, 0.0])
 
     checks = []
     for stiffness, ends in exact.items():
@@ -235,7 +235,7 @@ def flying_spaghetti() -> list[Check]:
             },
             sensors={"lower": fb.Position("beam.start"), "upper": fb.Position("beam.end")},
         )
-        motion = strained(model, 10.0, 2e-3)
+        motion = simulate_strained(model, 10.0, 2e-3)
         for t, reference in ends.items():
             values = motion.sel(time=t, method="nearest").values
             for end, place in (("lower", slice(2)), ("upper", slice(2, 4))):
@@ -267,7 +267,7 @@ def escalonas_pendulum() -> list[Check]:
         0.6: (-0.334759, -1.250512),
         0.8: (-0.877217, -0.821654),
     }
-    motion = strained(escalona(64), 0.8, 2e-4)
+    motion = simulate_strained(escalona(64), 0.8, 2e-4)
     return [
         c
         for t, r in exact.items()

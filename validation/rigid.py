@@ -10,7 +10,7 @@ import flexband as fb
 GRAVITY = {"gravity": fb.Gravity()}
 
 
-def at(motion, time: float, *names: str) -> np.ndarray:
+def outputs_at(motion, time: float, *names: str) -> np.ndarray:
     """Return outputs at a time of the motion."""
     return motion.sel(output=list(names)).sel(time=time, method="nearest").values
 
@@ -36,15 +36,17 @@ def pendulum() -> list[Check]:
         10.0: (-0.2750874626, -0.9614192050),
     }
     name = "pendulum (IFToMM A01)"
-    found = [
+    checks = [
         c
         for t, r in exact.items()
-        for c in differences(f"{name}, r({t:g} s) [m]", at(motion, t, "r_X", "r_Y"), r, 1e-5)
+        for c in differences(
+            f"{name}, r({t:g} s) [m]", outputs_at(motion, t, "r_X", "r_Y"), r, 1e-5
+        )
     ]
-    v = at(motion, 10.0, "v_X", "v_Y")
-    found += differences(f"{name}, v(10 s) [m/s]", v, (4.1755981, -1.1947491), 1e-4)
+    v = outputs_at(motion, 10.0, "v_X", "v_Y")
+    checks += differences(f"{name}, v(10 s) [m/s]", v, (4.1755981, -1.1947491), 1e-4)
     energy = motion.sel(output="kinetic") + 9.81 * motion.sel(output="r_Y")
-    return [*found, Check(f"{name}, energy kept [J]", 0.0, float(np.abs(energy).max()), 5e-5)]
+    return [*checks, Check(f"{name}, energy kept [J]", 0.0, float(np.abs(energy).max()), 5e-5)]
 
 
 def four_bar_chain() -> list[Check]:
@@ -76,7 +78,10 @@ def four_bar_chain() -> list[Check]:
         c
         for t, r in exact.items()
         for c in differences(
-            f"N-four-bar (IFToMM A02), r({t:g} s) [m]", at(motion, t, "top_X", "top_Y"), r, 1e-4
+            f"N-four-bar (IFToMM A02), r({t:g} s) [m]",
+            outputs_at(motion, t, "top_X", "top_Y"),
+            r,
+            1e-4,
         )
     ]
 
@@ -122,7 +127,7 @@ def torque_slider_crank() -> list[Check]:
         2.0: {"angle": 22.0891715703, "rate": 29.6358150058, "slider_X": 0.5012022650},
     }
     return [
-        Check(f"{name}, {output}({t:g} s)", value, float(at(motion, t, output)[0]), 1e-4)
+        Check(f"{name}, {output}({t:g} s)", value, float(outputs_at(motion, t, output)[0]), 1e-4)
         for t, values in exact.items()
         for output, value in values.items()
     ]
@@ -134,6 +139,7 @@ def andrews() -> list[Check]:
     rr, ra, d, da, e, ea = 0.007, 0.00092, 0.028, 0.0115, 0.02, 0.01421
     ss, sa, sb, sc, sd = 0.035, 0.01874, 0.01043, 0.018, 0.02
     zt, ta, tb, zf, fa, u, ua, ub = 0.04, 0.02308, 0.00916, 0.02, 0.01421, 0.04, 0.01228, 0.00449
+    # Data and initial angles of the test set.
     mass = (0.04325, 0.00365, 0.02373, 0.00706, 0.0705, 0.00706, 0.05498)
     inertia = (2.194e-6, 4.41e-7, 5.255e-6, 5.667e-7, 1.169e-5, 5.667e-7, 1.912e-5)
     beta, theta, gamma, phi, delta, omega, epsilon = (
@@ -152,6 +158,7 @@ def andrews() -> list[Check]:
         ({"P": O, "F": (-zf, 0.0)}, (-fa, 0.0), P, omega + epsilon),
         ({"A": O, "F": (0.0, -u)}, (ua, ub), A, epsilon),
     ]
+    # The mechanism.
     bodies = {
         str(k): fb.RigidBody(
             mass=m, inertia=J, points=points, center=center, position=position, angle=angle
@@ -172,6 +179,7 @@ def andrews() -> list[Check]:
         sensors={f"angle {k}": fb.Angle(k) for k in bodies}
         | {f"rate {k}": fb.AngularVelocity(k) for k in bodies},
     )
+    # Compare at the end, in the test set's relative angles.
     motion = fb.simulate(
         model, duration=0.03, step=5e-7, integrator=fb.GeneralizedAlpha(spectral_radius=0.8)
     ).isel(time=-1)
@@ -179,16 +187,24 @@ def andrews() -> list[Check]:
                0.5347301163, 1.0480807410)  # fmt: skip
     exact_v = (1139.9203023, -1424.3792952, 11.0329119, 19.2933741, 0.5735699, -19.2933741,
                0.3231791)  # fmt: skip
-    found = []
+    checks = []
     for kind, exact, tolerance, unit in (
         ("angle", exact_q, 1e-5, "rad"),
         ("rate", exact_v, 1e-4, "rad/s"),
     ):
         a = {k: float(motion.sel(output=f"{kind} {k}")) for k in bodies}
-        own = (a["1"], a["2"] - a["1"], a["3"], a["4"] - a["5"], a["5"], a["6"] - a["7"], a["7"])
-        for name, value, reference in zip("βΘγΦδΩε", own, exact, strict=True):
+        relative_values = (
+            a["1"],
+            a["2"] - a["1"],
+            a["3"],
+            a["4"] - a["5"],
+            a["5"],
+            a["6"] - a["7"],
+            a["7"],
+        )
+        for name, value, reference in zip("βΘγΦδΩε", relative_values, exact, strict=True):
             size = max(1.0, abs(reference)) if kind == "rate" else 1.0
-            found.append(
+            checks.append(
                 Check(
                     f"Andrews' mechanism, {kind} {name} (0.03 s) [{unit}]",
                     reference,
@@ -196,7 +212,7 @@ def andrews() -> list[Check]:
                     tolerance * size,
                 )
             )
-    return found
+    return checks
 
 
 def car_axis() -> list[Check]:

@@ -14,13 +14,13 @@ def disc() -> list[Check]:
         bodies={"disc": fb.RigidBody(mass=1.0, inertia=1.0, rate=0.1)},
         sensors={"w": fb.AngularVelocity("disc")},
     )
-    found = []
-    for radius, lost in ((0.7, 5e-3), (0.98, 2e-5), (1.0, 1e-11)):
+    checks = []
+    for radius, tolerance in ((0.7, 5e-3), (0.98, 2e-5), (1.0, 1e-11)):
         integrator = fb.GeneralizedAlpha(spectral_radius=radius)
         motion = fb.simulate(model, duration=1e4, step=1.0, integrator=integrator)
         speed = float(motion.sel(output="w")[-1]) / 0.1
-        found.append(Check(f"free disc, ρ∞ = {radius:g}, speed kept", 1.0, speed, lost))
-    return found
+        checks.append(Check(f"free disc, ρ∞ = {radius:g}, speed kept", 1.0, speed, tolerance))
+    return checks
 
 
 def bar_pendulum() -> list[Check]:
@@ -58,11 +58,11 @@ def redundant_plate() -> list[Check]:
     )
     motion = fb.simulate(model, duration=2.0, step=1e-3)
     forces = motion.sel(output=[f"B{k}_{axis}" for k in range(3) for axis in "XY"]).values
-    carried = motion.sel(output=["plate_X", "plate_Y"]).values + np.array([[0.0], [9.81]])
-    off = float(np.abs(forces.reshape(3, 2, -1).sum(axis=0) - carried).max())
+    total_force = motion.sel(output=["plate_X", "plate_Y"]).values + np.array([[0.0], [9.81]])
+    difference = float(np.abs(forces.reshape(3, 2, -1).sum(axis=0) - total_force).max())
     largest = float(np.abs(forces).max())
     return [
-        Check("plate on three cranks, sum of reactions − m (a − g) [N]", 0.0, off, 1e-7),
+        Check("plate on three cranks, sum of reactions − m (a − g) [N]", 0.0, difference, 1e-7),
         Check("plate on three cranks, largest reaction, below 2 m g [N]", 0.0, largest, 2 * 9.81),
     ]
 

@@ -22,7 +22,7 @@ def beck() -> list[Check]:
     """Beck's column: an end force of P EI/L² that follows the tangent."""
     exact = {3.0: (3.913096, 21.09872), 10.0: (5.175762, 18.58679)}
 
-    def found(load: np.ndarray):
+    def modes_at(load: np.ndarray):
         model = fb.Mechanism(
             bodies={"column": _cable()},
             joints={"clamp": fb.Weld("column.start", (0.0, 0.0))},
@@ -30,7 +30,7 @@ def beck() -> list[Check]:
         )
         return fb.modes(model, 2)
 
-    modes = found(np.array(list(exact)))
+    modes = modes_at(np.array(list(exact)))
     checks = [
         Check(
             f"Beck's column, P = {load:g}, ω{mode + 1} √(ρA L⁴/EI)",
@@ -44,7 +44,7 @@ def beck() -> list[Check]:
     low, high = 18.0, 22.0
     while high - low > 1e-4:
         loads = np.linspace(low, high, 9)
-        first = int(np.argmax(found(loads)["unstable"].any("mode").values))
+        first = int(np.argmax(modes_at(loads)["unstable"].any("mode").values))
         low, high = loads[first - 1], loads[first]
     return [*checks, Check("Beck's column, flutter load P L²/EI", 20.051, (low + high) / 2, 2e-3)]
 
@@ -61,7 +61,7 @@ def rotating_cantilever() -> list[Check]:
             "root": fb.Weld("blade.start", "hub"),
         },
     )
-    found = 2 * np.pi * fb.modes(model, 1, about=fb.SteadyRotation(rate))["frequency"][:, 0]
+    frequencies = 2 * np.pi * fb.modes(model, 1, about=fb.SteadyRotation(rate))["frequency"][:, 0]
     return [
         Check(
             f"rotating cantilever, η at Ω = {omega:g}",
@@ -69,13 +69,13 @@ def rotating_cantilever() -> list[Check]:
             float(np.sqrt(omega_in_plane**2 + omega**2)),
             5e-4 * eta,
         )
-        for (omega, eta), omega_in_plane in zip(exact.items(), found.values, strict=True)
+        for (omega, eta), omega_in_plane in zip(exact.items(), frequencies.values, strict=True)
     ]
 
 
-def held(bodies: dict, joints: dict, point: str, start: tuple, exact: dict) -> list[Check]:
+def check_forces(bodies: dict, joints: dict, point: str, start: tuple, exact: dict) -> list[Check]:
     """Return checks of the forces that hold a point at travels downwards, travel -> force."""
-    found = []
+    checks = []
     for travel, force in exact.items():
         lift = fb.PrescribedTravel(point, start, lambda t, travel=travel: -travel, (0.0, 1.0))
         model = fb.Mechanism(
@@ -84,8 +84,8 @@ def held(bodies: dict, joints: dict, point: str, start: tuple, exact: dict) -> l
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", message="assembly turned")  # to meet the travel
             value = -float(fb.equilibrium(model).sel(output="F_Y"))
-        found.append(Check(f"force at a travel of {travel:g}", force, value, 2e-4 * force))
-    return found
+        checks.append(Check(f"force at a travel of {travel:g}", force, value, 2e-4 * force))
+    return checks
 
 
 def lee() -> list[Check]:
@@ -106,8 +106,8 @@ def lee() -> list[Check]:
         "end": fb.Revolute("far.end", (120.0, 120.0)),
     }
     exact = {10: 0.9626, 20: 1.3447, 30: 1.5940, 40: 1.7794, 50: 1.8523}
-    found = held(members, joints, "near.end", (24.0, 120.0), exact)
-    return [c._replace(name=f"Lee's frame, {c.name}") for c in found]
+    checks = check_forces(members, joints, "near.end", (24.0, 120.0), exact)
+    return [c._replace(name=f"Lee's frame, {c.name}") for c in checks]
 
 
 def williams() -> list[Check]:
@@ -128,8 +128,8 @@ def williams() -> list[Check]:
         "top": fb.Weld("right.start", "left.end", -2 * angle),
     }
     exact = {0.1: 25.201, 0.24: 33.841, 0.4: 31.282, 0.6: 53.282}
-    found = held(members, joints, "left.end", (span, rise), exact)
-    return [c._replace(name=f"Williams' toggle, {c.name}") for c in found]
+    checks = check_forces(members, joints, "left.end", (span, rise), exact)
+    return [c._replace(name=f"Williams' toggle, {c.name}") for c in checks]
 
 
 PROBLEMS = [beck, rotating_cantilever, lee, williams]

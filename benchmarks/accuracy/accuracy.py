@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 import flexband as fb
 from benchmarks.accuracy.cases import cases
-from benchmarks.accuracy.estimates import claimed, details, estimates, notes
+from benchmarks.accuracy.estimates import claimed_error, details, estimates, notes
 from benchmarks.accuracy.references import Case
 from benchmarks.harness import ROOT, options, report
 from flexband.study.comparison import relative_error
@@ -52,82 +52,95 @@ BUDGET = 96
 def methods(case: Case, samples: int) -> Iterator[Method]:
     """Yield the methods to apply to a case, except those that take too many runs."""
     space = Space(case.inputs)
-    tried: list[Method] = [
+    candidates: list[Method] = [
         fb.AdaptivePCCI(tolerance, BUDGET, correct=False) for tolerance in (0.01, 0.001)
     ]
-    tried += [fb.methods.PhaseResolvedPCCI(*orders) for orders in case.orders]
-    for own in case.orders[-1:]:
-        tried.append(fb.ImprovedPCCI(*own))
+    candidates += [fb.methods.PhaseResolvedPCCI(*orders) for orders in case.orders]
+    for highest_orders in case.orders[-1:]:
+        candidates.append(fb.ImprovedPCCI(*highest_orders))
         for order in (3, 5) if samples >= FULL else ():
-            tried.append(
-                fb.ImprovedPCCI(*({name: min(order, 9 * k) for name, k in o.items()} for o in own))
+            candidates.append(
+                fb.ImprovedPCCI(
+                    *({name: min(order, 9 * k) for name, k in o.items()} for o in highest_orders)
+                )
             )
-        tried.append(fb.methods.PerturbationChebyshev({name: 3 * q for name, q in own[1].items()}))
-    tried += [fb.methods.RegressionPCCI(order) for order in (2, 3)]
+        candidates.append(
+            fb.methods.PerturbationChebyshev({name: 3 * q for name, q in highest_orders[1].items()})
+        )
+    candidates += [fb.methods.RegressionPCCI(order) for order in (2, 3)]
     points = [p for p in (5, 4, 3, 2) if p**space.interval_dimension <= MAX_POINTS]
     kinds = (fb.LHSScanning, fb.methods.SobolScanning)
-    tried += [kind(samples // 2, p) for p in points[:1] for kind in kinds]
-    yield from (method for method in tried if method.runs(space) <= MAX_RUNS)
+    candidates += [kind(samples // 2, p) for p in points[:1] for kind in kinds]
+    yield from (method for method in candidates if method.runs(space) <= MAX_RUNS)
 
 
-def percent(found: xr.DataArray, truth: xr.DataArray) -> float:
+def percent(band: xr.DataArray, truth: xr.DataArray) -> float:
     """Return the largest relative error of all outputs in per cent."""
-    return 100 * float(np.max(relative_error(found, truth)))
+    return 100 * float(np.max(relative_error(band, truth)))
 
 
-def expected(bands: xr.Dataset, truth: xr.Dataset, variable: str) -> str:
+def expected_error(bands: xr.Dataset, truth: xr.Dataset, variable: str) -> str:
     """Return the error that a method expects in per cent, or "" if it estimates none."""
-    found = claimed(bands, variable)
-    if found is None:
+    error = claimed_error(bands, variable)
+    if error is None:
         return ""
-    own = found.mean("time")
+    mean_error = error.mean("time")
     size = np.abs(truth[variable]).mean(("bound", "time"))
-    return f"{100 * float((own / size).max()):.2g}"
+    return f"{100 * float((mean_error / size).max()):.2g}"
 
 
 def main() -> None:
-    chosen = options(__doc__, FULL, cases="run only the cases whose names contain this text")
-    whole = chosen.samples >= FULL
-    studies = [(name, make) for name, make in cases().items() if chosen.cases in name]
+    arguments = options(__doc__, FULL, cases="run only the cases whose names contain this text")
+    full_size = arguments.samples >= FULL
+    studies = [(name, make) for name, make in cases().items() if arguments.cases in name]
+    # Compare the bands of every method with the reference.
     rows = []
     points = {}
     claims = {}
-    for name, make in studies[: None if whole or chosen.cases else 2]:
+    for name, make in studies[: None if full_size or arguments.cases else 2]:
         case = make()
         truth = case.reference()
         points[name] = {}
-        for method in methods(case, chosen.samples):
+        for method in methods(case, arguments.samples):
             bands = fb.propagate(case.response, case.inputs, method)
             errors = [percent(bands[v], truth[v]) for v in ("mean", "error_bar")]
-            own = [expected(bands, truth, v) for v in ("mean", "error_bar")]
+            expected_errors = [expected_error(bands, truth, v) for v in ("mean", "error_bar")]
             trusted = "" if "trusted" not in bands or bool(bands["trusted"].all()) else "no"
             runs = bands.attrs["runs"]
             rows.append(
-                [name, method.label, str(runs), *(f"{e:.2g}" for e in errors), *own, trusted]
+                [
+                    name,
+                    method.label,
+                    str(runs),
+                    *(f"{e:.2g}" for e in errors),
+                    *expected_errors,
+                    trusted,
+                ]
             )
             points[name].setdefault(method.name, []).append((runs, *errors))
             claims[name, method.name, method.label] = dict(estimates(bands, truth))
+    # Write the table; at full size, the documentation too.
     header = ["case", "method", "runs", "mean", "error bar"]
     header += ["expected, mean", "expected, error bar", "trusted"]
     lines = [
         "errors are in per cent; orders are those of the random, then of the interval inputs",
         *notes(claims),
     ]
-    measured = {"points": points, "claims": details(claims)}
-    report(chosen.output, "accuracy", header, rows, measured, lines)
-    if whole and not chosen.cases:
+    measurements = {"points": points, "claims": details(claims)}
+    report(arguments.output, "accuracy", header, rows, measurements, lines)
+    if full_size and not arguments.cases:
         figure(points).savefig(ROOT / "docs" / "images" / "accuracy.png", dpi=100)
         write_table(ROOT / "docs" / "evidence" / "accuracy.md", header, rows, lines)
 
 
 def figure(points: dict) -> Figure:
     """Draw the error of the interval error bar against runs, one panel per case."""
-    shown = {name: own for name, own in points.items() if "trap" not in name}
+    ordinary_cases = {name: by_method for name, by_method in points.items() if "trap" not in name}
     drawing = Figure(figsize=(14, 8), layout="constrained")
     panels = drawing.subplots(3, 5, sharey=True).flat
-    for (name, own), axes in zip(shown.items(), panels, strict=False):
-        for method, found in own.items():
-            runs, _, bar = np.array(sorted(found)).T
+    for (name, by_method), axes in zip(ordinary_cases.items(), panels, strict=False):
+        for method, errors in by_method.items():
+            runs, _, bar = np.array(sorted(errors)).T
             axes.loglog(runs, bar, STYLES[method], label=method, markersize=4)
         axes.set_title(name, fontsize=9)
         axes.grid(alpha=0.3)

@@ -41,7 +41,7 @@ ORDER = 2
 NEW = 64
 
 
-def missed(name: str) -> list[float]:
+def measure_misses(name: str) -> list[float]:
     """Return what values, local means and carriers miss of new runs, in per cent, and the runs."""
     case = cases()[name]()
     space = Space(case.inputs)
@@ -58,20 +58,22 @@ def missed(name: str) -> list[float]:
     new = series(run(xi, eta))
     spread = new.std(axis=0)
 
-    def off(found: np.ndarray) -> float:
-        per_output = np.sqrt(np.mean((found - new) ** 2, axis=(0, 2)) / np.mean(spread**2, axis=1))
+    def largest_error(approximation: np.ndarray) -> float:
+        per_output = np.sqrt(
+            np.mean((approximation - new) ** 2, axis=(0, 2)) / np.mean(spread**2, axis=1)
+        )
         return 100 * float(per_output.max())
 
     outputs = range(values.shape[1])
     direct = HybridExpansion.fit(values.reshape(len(values), -1), *design, nodes)
     local = [SplitExpansion(values[:, o], *design, nodes).evaluate(xi, eta) for o in outputs]
     resolved = fb.expand(case.response, case.inputs, fb.methods.PhaseResolvedPCCI(ORDER, ORDER))
-    found = (
+    approximations = (
         direct.evaluate(xi, eta).reshape(new.shape),
         np.stack(local, axis=1),
         resolved.standard(xi, eta).reshape(new.shape),
     )
-    return [*map(off, found), len(values)]
+    return [*map(largest_error, approximations), len(values)]
 
 
 def main() -> None:
@@ -80,7 +82,7 @@ def main() -> None:
     print("| response | runs | values | local means | carriers |")
     print("| --- | ---: | ---: | ---: | ---: |")
     for name in COMPARED:
-        *parts, runs = missed(name)
+        *parts, runs = measure_misses(name)
         print(f"| {name} | {runs:.0f} |", *(f"{float(f'{part:.2g}'):g} % |" for part in parts))
 
 

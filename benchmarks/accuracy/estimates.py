@@ -37,29 +37,31 @@ Claims = Mapping[tuple[str, str, str], Mapping[str, Estimate]]
 """Estimates by case, name and label of the method, then by output and band."""
 
 
-def claimed(found: xr.Dataset, band: str) -> xr.DataArray | None:
+def claimed_error(band_set: xr.Dataset, band: str) -> xr.DataArray | None:
     """Return the error that a method expects of a band; None if it estimates none.
 
     That of step and elements is left out where the method tells it apart, since the truth is
     computed on the same ones.
     """
     for kind in ("expansion", "expected"):
-        if f"{band}_{kind}_error" in found:
-            return found[f"{band}_{kind}_error"]
+        if f"{band}_{kind}_error" in band_set:
+            return band_set[f"{band}_{kind}_error"]
     return None
 
 
-def estimates(found: xr.Dataset, truth: xr.Dataset) -> Iterator[tuple[str, Estimate]]:
+def estimates(band_set: xr.Dataset, truth: xr.Dataset) -> Iterator[tuple[str, Estimate]]:
     """Yield the error estimates of a method by "output band"; nothing if it has none."""
     for name in ("mean", "error_bar"):
-        own = claimed(found, name)
-        if own is None:
+        claim = claimed_error(band_set, name)
+        if claim is None:
             continue
-        off = abs(found[name] - truth[name]).mean("bound")
+        deviation = abs(band_set[name] - truth[name]).mean("bound")
         size = abs(truth[name]).mean(("bound", "time"))
-        own, off = (v.transpose(..., "time") / size for v in (own, off))
-        labels = own["output"].values if "output" in own.dims else [""]
-        rows = zip(labels, *(v.values.reshape(len(labels), -1) for v in (own, off)), strict=True)
+        claim, deviation = (v.transpose(..., "time") / size for v in (claim, deviation))
+        labels = claim["output"].values if "output" in claim.dims else [""]
+        rows = zip(
+            labels, *(v.values.reshape(len(labels), -1) for v in (claim, deviation)), strict=True
+        )
         for label, expected, true in rows:
             pair = expected, true
             yield (
@@ -84,16 +86,20 @@ def too_small(expected, true):
     return np.maximum(true, NEGLIGIBLE) > FACTOR * np.maximum(expected, NEGLIGIBLE)
 
 
-def notes(found: Claims) -> list[str]:
+def notes(claims: Claims) -> list[str]:
     """Return lines that count the right estimates of every method, for ordinary cases and traps."""
-    rows = [(case, method, e) for (case, method, _), own in found.items() for e in own.values()]
+    rows = [
+        (case, method, e) for (case, method, _), by_band in claims.items() for e in by_band.values()
+    ]
     lines = []
     for method in dict.fromkeys(method for _, method, _ in rows):
         for kind, trap in (("ordinary cases", False), ("traps", True)):
-            own = [e for case, by, e in rows if by == method and ("(trap)" in case) == trap]
-            if own:
-                pairs = [(e.expected, e.true) for e in own]
-                local = [p for e in own for p in zip(e.local_expected, e.local_true, strict=True)]
+            selection = [e for case, by, e in rows if by == method and ("(trap)" in case) == trap]
+            if selection:
+                pairs = [(e.expected, e.true) for e in selection]
+                local = [
+                    p for e in selection for p in zip(e.local_expected, e.local_true, strict=True)
+                ]
                 lines.append(
                     f"{method}, {kind}: {_count(pairs)}; in windows of time, {_count(local)}"
                 )
@@ -115,7 +121,7 @@ def _count(pairs: list[tuple[float, float]]) -> str:
     )
 
 
-def details(found: Claims) -> dict:
+def details(claims: Claims) -> dict:
     """Return the numbers for the JSON file."""
     return {
         f"{case}: {label}": {
@@ -126,7 +132,7 @@ def details(found: Claims) -> dict:
                 "right_windows": float(within_factor(e.local_expected, e.local_true).mean()),
                 "windows_too_small": float(too_small(e.local_expected, e.local_true).mean()),
             }
-            for name, e in own.items()
+            for name, e in by_band.items()
         }
-        for (case, _, label), own in found.items()
+        for (case, _, label), by_band in claims.items()
     }

@@ -29,11 +29,11 @@ def formula(f: Callable[..., np.ndarray], highest: int = 2) -> Case:
 
     def reference() -> xr.Dataset:
         x, weights = normal_rule(points[0])
-        found = [
+        moment_pairs = [
             moments(weights, f(x[:, None], np.full((1, 1), e), TIMES))
             for e in np.linspace(-1, 1, points[1])
         ]
-        mean, variance = (np.stack(v) for v in zip(*found, strict=True))
+        mean, variance = (np.stack(v) for v in zip(*moment_pairs, strict=True))
         return bands(mean, variance, points[1:], ("bound", "time"), {})
 
     orders = [({"x": k}, {"e": 1}) for k in range(1, highest + 1)]
@@ -44,7 +44,7 @@ def wave(x, e, t):
     return np.cos(TAU * (1 + 0.05 * e + 0.02 * x) * t)
 
 
-def damped(x, e, t):
+def damped_oscillation(x, e, t):
     w = TAU * (1 + 0.05 * x)
     zeta = 0.03 + 0.02 * e
     return np.exp(-zeta * w * t) * np.cos(w * np.sqrt(1 - zeta**2) * t)
@@ -55,11 +55,11 @@ def two_carriers(x, e, t):
     return 0.2 * t + np.cos(TAU * (1 + 0.02 * x) * t) + 0.5 * second
 
 
-def fades(x, e, t):
+def fading_carrier(x, e, t):
     return np.cos(TAU * t / 10) * np.cos(TAU * (1 + 0.02 * x + 0.02 * e) * t)
 
 
-def slow(x, e, t):
+def slow_decay(x, e, t):
     """Decay without oscillation."""
     return (1 + 0.1 * x + 0.2 * e) * np.exp(-0.1 * (1 + 0.1 * x - 0.2 * e) * t)
 

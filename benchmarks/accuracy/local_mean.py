@@ -77,11 +77,11 @@ def split(runs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     All runs have as many components as the one with the fewest. Phases start as close to that of
     the first run as full turns allow.
     """
-    found = [_components(run) for run in runs]
-    count = min(map(len, found))
+    run_components = [_components(run) for run in runs]
+    count = min(map(len, run_components))
     amplitudes = np.zeros((len(runs), count, runs.shape[1]))
     phases = np.zeros_like(amplitudes)
-    for run, components in enumerate(found):
+    for run, components in enumerate(run_components):
         for k, (amplitude, phase) in enumerate(components[:count]):
             turns = np.round((phase[0] - phases[0, k, 0]) / (2 * np.pi)) if run else 0.0
             amplitudes[run, k] = amplitude
@@ -91,9 +91,9 @@ def split(runs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def _components(run: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     components = []
-    while len(components) < COMPONENTS and (found := product_function(run)):
-        components.append(found)
-        run = run - found[0] * np.cos(found[1])
+    while len(components) < COMPONENTS and (component := product_function(run)):
+        components.append(component)
+        run = run - component[0] * np.cos(component[1])
     return components
 
 

@@ -22,23 +22,25 @@ COUNT = 20001
 """Largest standard normal value, and number of points: x^40 matters at 33 for a cv of 1."""
 
 
-def missed(variable: np.ndarray, weights: np.ndarray, values: np.ndarray) -> list[float]:
+def approximation_errors(
+    variable: np.ndarray, weights: np.ndarray, values: np.ndarray
+) -> list[float]:
     """Return what polynomials of a variable of each of the orders miss, relative to σ."""
     rest = values - weights @ values
     size = weights @ rest**2
-    before = np.zeros_like(values)
-    now = np.ones_like(values)
-    found = []
+    previous = np.zeros_like(values)
+    current = np.ones_like(values)
+    errors = []
     for order in range(max(ORDERS) + 1):
-        rest = rest - (weights @ (rest * now)) * now
+        rest = rest - (weights @ (rest * current)) * current
         if order in ORDERS:
-            found.append(float(np.sqrt(weights @ rest**2 / size)))
-        following = variable * now
-        for known in (now, before):
-            following = following - (weights @ (following * known)) * known
-        before = now
-        now = following / np.sqrt(weights @ following**2)
-    return found
+            errors.append(float(np.sqrt(weights @ rest**2 / size)))
+        successor = variable * current
+        for polynomial in (current, previous):
+            successor = successor - (weights @ (successor * polynomial)) * polynomial
+        previous = current
+        current = successor / np.sqrt(weights @ successor**2)
+    return errors
 
 
 def main() -> None:
@@ -53,8 +55,8 @@ def main() -> None:
         mean, std = map(float, fb.LogNormal(1.0, cv=cv).logarithm)
         x = np.exp(mean + std * z)
         for name, variable in (("of the number", x), ("of its logarithm", z)):
-            row = missed(variable, weights, 1 / (1 + x))
-            print(f"| {name} | {cv:g} |", " | ".join(f"{one:.1g}" for one in row), "|")
+            row = approximation_errors(variable, weights, 1 / (1 + x))
+            print(f"| {name} | {cv:g} |", " | ".join(f"{error:.1g}" for error in row), "|")
 
 
 if __name__ == "__main__":

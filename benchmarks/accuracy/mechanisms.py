@@ -49,7 +49,7 @@ def slider_crank(
         return replace(model, bodies={**model.bodies, "link": link}, sensors=sensors)
 
     inputs = example["inputs"] | {
-        "crank_length": _within(0.2, tolerance),
+        "crank_length": _tolerance_interval(0.2, tolerance),
         "youngs_modulus": replace(example["inputs"]["youngs_modulus"], mean=E, std=scatter * E),
     }
     response = fb.dynamic_response(
@@ -71,15 +71,15 @@ def slider_crank(
         x, weights = normal_rule(141)
         xi = np.stack([x, np.zeros_like(x)], axis=1)
         nodes = [scaled_chebyshev_zeros(24), scaled_chebyshev_zeros(3)]
-        found = _moments(response, inputs, (xi, weights), tensor_points(nodes))
+        node_moments = _moments(response, inputs, (xi, weights), tensor_points(nodes))
         onto = tensor_values(
             [np.ones((161 * 5, 1))]
             + [
-                _interpolation(own, fine)
-                for own, fine in zip(nodes, _even_grid(161, 5).T, strict=True)
+                _interpolation(axis_nodes, fine)
+                for axis_nodes, fine in zip(nodes, _even_grid(161, 5).T, strict=True)
             ]
         )
-        mean, variance = (np.tensordot(onto, v, 1) for v in found)
+        mean, variance = (np.tensordot(onto, v, 1) for v in node_moments)
         labels = {"output": [f"{name}_{axis}" for name in sensors for axis in "XY"]}
         return bands(mean, variance, (161, 5), ("bound", "output", "time"), labels)
 
@@ -144,16 +144,16 @@ def ten_inputs() -> Case:
     at the end its phase varies by ±3 rad with the coupler's length and as much with its material.
     """
     inputs = {
-        "coupler_length": _within(0.4, 0.005),
-        "crank_length": _within(0.1, 0.005),
-        "rocker_length": _within(0.25, 0.005),
-        "ground_length": _within(0.4, 0.005),
-        "spring_stiffness": _within(5.0, 0.03),
-        "youngs_modulus": _scattered(206e9, 0.02),
-        "density": _scattered(7850.0, 0.01),
-        "load": _scattered(0.5, 0.02),
-        "friction": _scattered(0.1, 0.05),
-        "speed": _scattered(5 * np.pi, 0.005),
+        "coupler_length": _tolerance_interval(0.4, 0.005),
+        "crank_length": _tolerance_interval(0.1, 0.005),
+        "rocker_length": _tolerance_interval(0.25, 0.005),
+        "ground_length": _tolerance_interval(0.4, 0.005),
+        "spring_stiffness": _tolerance_interval(5.0, 0.03),
+        "youngs_modulus": _normal_input(206e9, 0.02),
+        "density": _normal_input(7850.0, 0.01),
+        "load": _normal_input(0.5, 0.02),
+        "friction": _normal_input(0.1, 0.05),
+        "speed": _normal_input(5 * np.pi, 0.005),
     }
     response = fb.dynamic_response(
         four_bar, duration=0.6, step=1e-3, integrator=fb.GeneralizedAlpha(spectral_radius=0.7)
@@ -162,7 +162,11 @@ def ten_inputs() -> Case:
     main = {"coupler_length", "ground_length", "spring_stiffness"}
     main |= {"youngs_modulus", "density", "speed"}
     random, interval = (
-        {name: int(name in main) for name, one in inputs.items() if one.random == kind}
+        {
+            name: int(name in main)
+            for name, distribution in inputs.items()
+            if distribution.random == kind
+        }
         for kind in (True, False)
     )
     return Case(response, inputs, [(random, interval)], lambda: _ten_inputs(response, inputs))
@@ -177,9 +181,11 @@ def _ten_inputs(response, inputs: dict, coupler: int = 8, points: int = 16) -> x
     Bands from 11 × 3⁴ × 160 runs instead of these 8 × 15 × 128 differ by 0.002 %. Moments from 8192
     Sobol points ξ differ by 0.02 %, half of the difference of 4096 points.
     """
-    one, weights = normal_rule(points, 4.8)
+    normal_points, weights = normal_rule(points, 4.8)
     smooth = np.concatenate([2 * np.eye(4), -2 * np.eye(4)])
-    xi = np.concatenate([np.repeat(one, 8)[:, None], np.tile(smooth, (points, 1))], axis=1)
+    xi = np.concatenate(
+        [np.repeat(normal_points, 8)[:, None], np.tile(smooth, (points, 1))], axis=1
+    )
     turn = np.array([[2.0, -1.0], [1.0, 2.0]]) / math.sqrt(5)  # scatter of ln E and ln ρ
     xi[:, :2] = xi[:, :2] @ turn
     nodes = lobatto(coupler)
@@ -187,29 +193,29 @@ def _ten_inputs(response, inputs: dict, coupler: int = 8, points: int = 16) -> x
     eta = np.concatenate(
         [np.repeat(nodes, len(corners))[:, None], np.tile(corners, (coupler, 1))], axis=1
     )
-    found = _moments(response, inputs, (xi, np.repeat(weights, 8) / 8), eta)
+    moment_arrays = _moments(response, inputs, (xi, np.repeat(weights, 8) / 8), eta)
     counts = (81, 5, 5, 5, 5)
-    along = _interpolation(nodes, np.linspace(-1, 1, counts[0]))
-    others = _quadratic(_even_grid(*counts[1:])) @ np.linalg.inv(_quadratic(corners))
-    shape = (coupler, len(corners), *found[0].shape[1:])
-    found = [np.tensordot(along, v.reshape(shape), 1) for v in found]
+    dense_matrix = _interpolation(nodes, np.linspace(-1, 1, counts[0]))
+    quadratic_matrix = _quadratic(_even_grid(*counts[1:])) @ np.linalg.inv(_quadratic(corners))
+    shape = (coupler, len(corners), *moment_arrays[0].shape[1:])
+    moment_arrays = [np.tensordot(dense_matrix, v.reshape(shape), 1) for v in moment_arrays]
     labels = {"output": ["F_X", "F_Y", "bend"]}
     parts = []
     for first in range(0, shape[-1], 40):
         grids = [
-            np.einsum("gc,acot->agot", others, v[..., first : first + 40], optimize=True)
-            for v in found
+            np.einsum("gc,acot->agot", quadratic_matrix, v[..., first : first + 40], optimize=True)
+            for v in moment_arrays
         ]
         flat = (g.reshape(-1, *g.shape[2:]) for g in grids)
         parts.append(bands(*flat, counts, ("bound", "output", "time"), labels))
     return xr.concat(parts, "time")
 
 
-def _within(value: float, tolerance: float) -> fb.Interval:
+def _tolerance_interval(value: float, tolerance: float) -> fb.Interval:
     return fb.Interval(value * (1 - tolerance), value * (1 + tolerance))
 
 
-def _scattered(value: float, scatter: float) -> fb.Normal:
+def _normal_input(value: float, scatter: float) -> fb.Normal:
     return fb.Normal(value, scatter * value)
 
 
@@ -219,28 +225,32 @@ def _moments(response, inputs: dict, rule, eta: np.ndarray) -> tuple[np.ndarray,
     The columns of ξ and η are those of the inputs in the order in which they are given.
     """
     space = Space(inputs)
-    found = []
-    xi = _sorted(rule[0], inputs, random=True)
+    moment_pairs = []
+    xi = _sort_columns(rule[0], inputs, random=True)
     weights = rule[1]
-    eta = _sorted(eta, inputs, random=False)
+    eta = _sort_columns(eta, inputs, random=False)
     for first in range(0, len(eta), 8):
-        here = eta[first : first + 8]
-        values = space.values(np.tile(xi, (len(here), 1)), np.repeat(here, len(xi), axis=0))
+        block = eta[first : first + 8]
+        values = space.values(np.tile(xi, (len(block), 1)), np.repeat(block, len(xi), axis=0))
         F = response(**values).values
-        found += [moments(weights, part) for part in F.reshape(len(here), len(xi), *F.shape[1:])]
-    return np.stack([m for m, _ in found]), np.stack([v for _, v in found])
+        moment_pairs += [
+            moments(weights, part) for part in F.reshape(len(block), len(xi), *F.shape[1:])
+        ]
+    return np.stack([m for m, _ in moment_pairs]), np.stack([v for _, v in moment_pairs])
 
 
-def _sorted(points: np.ndarray, inputs: dict, *, random: bool) -> np.ndarray:
+def _sort_columns(points: np.ndarray, inputs: dict, *, random: bool) -> np.ndarray:
     """Return points with their columns in the order of the inputs' names, as `Space` has them."""
-    names = [name for name, one in inputs.items() if one.random == random]
+    names = [name for name, distribution in inputs.items() if distribution.random == random]
     return points[:, np.argsort(names)]
 
 
 def _interpolation(nodes: np.ndarray, fine: np.ndarray) -> np.ndarray:
     """Return the matrix that interpolates values at Chebyshev nodes to other points."""
-    own, at = (chebyshev_values(len(nodes) - 1, points) for points in (nodes, fine))
-    return at @ np.linalg.inv(own)
+    node_values, point_values = (
+        chebyshev_values(len(nodes) - 1, points) for points in (nodes, fine)
+    )
+    return point_values @ np.linalg.inv(node_values)
 
 
 def _even_grid(*counts: int) -> np.ndarray:

@@ -31,7 +31,7 @@ def random_expansion(m: int, n: int, order: int, series: int, seed: int) -> Hybr
     index = np.array([np.zeros(m + n, dtype=int)])
     for _ in range(order):
         index = np.unique(
-            np.concatenate([index, *(index + one for one in np.eye(m + n, dtype=int))]), axis=0
+            np.concatenate([index, *(index + unit for unit in np.eye(m + n, dtype=int))]), axis=0
         )
     size = rng.uniform(0.3, 1.0, m + n) ** index
     terms = size.prod(axis=1)[:, None] * rng.standard_normal((len(index), series))
@@ -43,26 +43,26 @@ def from_many_starts(expansion: HybridExpansion, m: int, seed: int) -> list[list
     starts = np.random.default_rng(seed).uniform(-1, 1, (STARTS, m))
     starts[::2] = np.sign(starts[::2])
     usual = extremes.scan
-    found = []
+    results = []
     try:
         for first in range(0, STARTS, AT_ONCE):
-            own = starts[first : first + AT_ONCE]
-            alone = np.zeros((len(own), 0), dtype=int)
-            extremes.scan = lambda orders, own=own, alone=alone: (own, alone)
-            found.append(extremes.extremes(expansion, SIGMAS))
+            batch = starts[first : first + AT_ONCE]
+            alone = np.zeros((len(batch), 0), dtype=int)
+            extremes.scan = lambda orders, batch=batch, alone=alone: (batch, alone)
+            results.append(extremes.extremes(expansion, SIGMAS))
     finally:
         extremes.scan = usual
-    return found
+    return results
 
 
-def missed(m: int, n: int, order: int, series: int, seed: int) -> tuple[int, int, float]:
+def count_misses(m: int, n: int, order: int, series: int, seed: int) -> tuple[int, int, float]:
     """Return how many bounds are missed, of how many, and by how much of the width at most."""
     expansion = random_expansion(m, n, order, series, seed)
-    usual = np.stack([one.values for one in extremes.extremes(expansion, SIGMAS)])
+    usual = np.stack([extreme.values for extreme in extremes.extremes(expansion, SIGMAS)])
     low = usual[:, 0]
     high = usual[:, 1]
     for others in from_many_starts(expansion, m, seed):
-        values = np.stack([one.values for one in others])
+        values = np.stack([extreme.values for extreme in others])
         low = np.minimum(low, values[:, 0])
         high = np.maximum(high, values[:, 1])
     off = np.stack([usual[:, 0] - low, high - usual[:, 1]]) / (high - low)
@@ -70,13 +70,13 @@ def missed(m: int, n: int, order: int, series: int, seed: int) -> tuple[int, int
 
 
 def main() -> None:
-    chosen = options(__doc__, 100)
+    arguments = options(__doc__, 100)
     rows = []
     for k, case in enumerate(CASES):
-        count, bounds, most = missed(*case, chosen.samples, SEED + k)
-        rows.append([*map(str, case), str(bounds), str(count), f"{most:.1e}"])
+        count, bounds, largest = count_misses(*case, arguments.samples, SEED + k)
+        rows.append([*map(str, case), str(bounds), str(count), f"{largest:.1e}"])
     header = ["intervals", "random", "order", "bounds", "missed", "by at most"]
-    report(chosen.output, "missed", header, rows, {})
+    report(arguments.output, "missed", header, rows, {})
 
 
 if __name__ == "__main__":

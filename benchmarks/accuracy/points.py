@@ -27,7 +27,7 @@ from benchmarks.accuracy.points_cases import (
     fit,
     formulas,
     sets,
-    total,
+    total_order_set,
 )
 from benchmarks.harness import options, report
 from flexband.uncertainty.expansions.families import HERMITE
@@ -42,12 +42,12 @@ Row = tuple[str, int, dict[str, tuple[int, float]]]
 """Name of the measurement, number of terms, and runs and error by kind of points."""
 
 PARTS = {
-    "Σν ≤ 1": total(3, 1),
-    "Σν ≤ 2": total(3, 2),
-    "Σν ≤ 3": total(3, 3),
-    "K at order 0": [v for v in total(3, 2) if v[1] == 0],
-    "K at order 1, alone": [v for v in total(3, 3) if v[0] + 3 * v[1] + v[2] <= 3],
-    "K at order 1": [v for v in total(3, 3) if v[0] + 2.5 * v[1] + 1.3 * v[2] <= 4],
+    "Σν ≤ 1": total_order_set(3, 1),
+    "Σν ≤ 2": total_order_set(3, 2),
+    "Σν ≤ 3": total_order_set(3, 3),
+    "K at order 0": [v for v in total_order_set(3, 2) if v[1] == 0],
+    "K at order 1, alone": [v for v in total_order_set(3, 3) if v[0] + 3 * v[1] + v[2] <= 3],
+    "K at order 1": [v for v in total_order_set(3, 3) if v[0] + 2.5 * v[1] + 1.3 * v[2] <= 4],
 }
 """Index sets of L, K and E."""
 
@@ -58,7 +58,7 @@ THIN = 3
 """One of this number of times is compared."""
 
 
-def formula_rows(m: int, n: int, choices: dict[str, list[Points]], most: int) -> Iterator[Row]:
+def formula_rows(m: int, n: int, choices: dict[str, list[Points]], max_terms: int) -> Iterator[Row]:
     """Yield errors of the formulas with m interval and n random variables."""
     f = formulas(m, n)
     eta = tensor_points([np.linspace(-1, 1, {1: 201, 2: 41, 3: 17, 4: 9}.get(m, 1))] * m)
@@ -69,12 +69,12 @@ def formula_rows(m: int, n: int, choices: dict[str, list[Points]], most: int) ->
     F = F.reshape(len(eta), len(xi), -1)
     true = spread(F, w)
     scale = np.ptp(true[1], axis=0)
-    for name, orders in sets(m + n, m, f, most).items():
+    for name, orders in sets(m + n, m, f, max_terms).items():
         errors = {}
         for choice, points in choices.items():
             expansion, runs = fit(f, orders, points, m)
-            off = np.abs(np.array(bounds(*expansion.moments(eta))) - true) / scale
-            errors[choice] = (runs, *np.sqrt(np.mean(off**2, axis=(1, 2))))
+            deviation = np.abs(np.array(bounds(*expansion.moments(eta))) - true) / scale
+            errors[choice] = (runs, *np.sqrt(np.mean(deviation**2, axis=(1, 2))))
         for k, what in enumerate(["mean", "error bar"][: 2 if n else 1], start=1):
             yield (
                 f"{m} η, {n} ξ, {name}, {what}",
@@ -90,7 +90,7 @@ def bounds(mean: np.ndarray, std: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.stack([mean.min(0), mean.max(0)]), np.stack([low, high])
 
 
-def part_rows(choices: dict[str, list[Points]], most: int, **version: float) -> Iterator[Row]:
+def part_rows(choices: dict[str, list[Points]], max_terms: int, **version: float) -> Iterator[Row]:
     """Yield errors of the parts of the slider–crank as functions of L, K (intervals) and E."""
     index: dict[tuple[float, ...], int] = {}
 
@@ -98,44 +98,54 @@ def part_rows(choices: dict[str, list[Points]], most: int, **version: float) -> 
         keys = map(tuple, (np.round(x, 9) + 0.0).tolist())
         return np.array([index.setdefault(key, len(index)) for key in keys])
 
-    chosen = {name: orders for name, orders in PARTS.items() if len(orders) <= most}
-    for orders, points in itertools.product(chosen.values(), choices.values()):
+    # Number the points of all index sets and of the dense grid.
+    index_sets = {name: orders for name, orders in PARTS.items() if len(orders) <= max_terms}
+    for orders, points in itertools.product(index_sets.values(), choices.values()):
         for v, _ in combination(orders):
             number(tensor_points([p(q) for p, q in zip(points, v, strict=True)]))
     x, w = hermite_e.hermegauss(DENSE[2] + 1)
     w /= w.sum()
     eta = tensor_points([INTERVAL["scaled zeros"](q) for q in DENSE[:2]])
     dense = number(np.column_stack([np.repeat(eta, len(x), 0), np.tile(x, len(eta))]))
+    # Simulate at all points, and split the outputs into base, phase and envelopes.
     case = slider_crank(**version)
     at = np.array(list(index))
     F = case.response(**Space(case.inputs).values(at[:, 2:] * [1.0, 0.0], at[:, :2]))
     F = F.transpose("sample", "output", "time").values
-    found = list(decompose(F, 1e-3))[1]
+    stage = list(decompose(F, 1e-3))[1]
     F = F[..., ::THIN]
-    first = found.carriers[0]
+    first = stage.carriers[0]
     carrier = Carrier(first.phase[:, ::THIN], first.envelope[..., ::THIN], first.frequency)
     columns = PartColumns.from_outputs(F.shape[1], 1)
-    series = columns.pack(Stage([carrier], found.base[..., ::THIN]))
+    series = columns.pack(Stage([carrier], stage.base[..., ::THIN]))
     F, truth = (y[dense].reshape(len(eta), len(x), -1) for y in (F, series))
-    one = F.shape[2]
-    two = F.shape[2] + found.base[..., ::THIN].shape[2]
-    parts = {"base": slice(one), "phase": slice(one, two), "envelopes": slice(two, None)}
+    base_end = F.shape[2]
+    phase_end = F.shape[2] + stage.base[..., ::THIN].shape[2]
+    parts = {
+        "base": slice(base_end),
+        "phase": slice(base_end, phase_end),
+        "envelopes": slice(phase_end, None),
+    }
+    # Compare the expansions on the dense grid.
     true = spread(F, w)
     size = np.abs(F).mean()
-    for name, orders in chosen.items():
+    for name, orders in index_sets.items():
         errors: dict[str, dict[str, tuple[int, float]]] = {}
         for choice, points in choices.items():
             expansion, runs = fit(lambda at: series[number(at)], orders, points, 2)
             y = expansion.evaluate(np.tile(x, len(eta))[:, None], np.repeat(eta, len(x), axis=0))
             y = y.reshape(len(eta), len(x), -1)
-            for part, here in parts.items():
-                off = np.sqrt(np.einsum("pqs,q->ps", (y - truth)[..., here] ** 2, w))
-                unit = 1.0 if part == "phase" else np.abs(truth[..., here]).mean()
-                errors.setdefault(part, {})[choice] = runs, float(off.max(axis=0).mean() / unit)
-            off = np.abs(spread(columns.join(y).reshape(F.shape), w)[1] - true[1]).mean()
-            errors.setdefault("error bar", {})[choice] = runs, float(off / size)
-        for part, measured in errors.items():
-            yield f"{name}, {part}", len(orders), measured
+            for part, part_slice in parts.items():
+                deviation = np.sqrt(np.einsum("pqs,q->ps", (y - truth)[..., part_slice] ** 2, w))
+                unit = 1.0 if part == "phase" else np.abs(truth[..., part_slice]).mean()
+                errors.setdefault(part, {})[choice] = (
+                    runs,
+                    float(deviation.max(axis=0).mean() / unit),
+                )
+            deviation = np.abs(spread(columns.join(y).reshape(F.shape), w)[1] - true[1]).mean()
+            errors.setdefault("error bar", {})[choice] = runs, float(deviation / size)
+        for part, errors_by_choice in errors.items():
+            yield f"{name}, {part}", len(orders), errors_by_choice
 
 
 def spread(F: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -155,7 +165,7 @@ def lebesgue(x: np.ndarray, *, random: bool) -> float:
 
 def condition(points: Points, *, random: bool) -> float:
     """Return the condition number of V for Σν ≤ 4 in three variables, polynomials normalized."""
-    orders = np.array(total(3, 4)).T
+    orders = np.array(total_order_set(3, 4)).T
     x = points(4)
     values = HERMITE.values if random else chebyshev_values
     norms = np.sqrt([math.factorial(j) for j in range(5)]) if random else np.ones(5)
@@ -163,43 +173,58 @@ def condition(points: Points, *, random: bool) -> float:
 
 
 def main() -> None:
-    chosen = options(__doc__, 60)
-    most = chosen.samples
+    arguments = options(__doc__, 60)
+    max_terms = arguments.samples
     a = INTERVAL[CHOSEN[0]]
     b = RANDOM[CHOSEN[1]]
     tables: dict[str, list[Row]] = {"points_interval": [], "points_random": []}
+    # Errors of formulas with one to four variables of a kind, then with both kinds.
     for d in (1, 2, 3, 4):
-        both = [{k: [p] * d for k, p in choices.items()} for choices in (INTERVAL, RANDOM)]
-        tables["points_interval"] += formula_rows(d, 0, both[0], most)
-        tables["points_random"] += formula_rows(0, d, both[1], most)
+        point_choices = [{k: [p] * d for k, p in choices.items()} for choices in (INTERVAL, RANDOM)]
+        tables["points_interval"] += formula_rows(d, 0, point_choices[0], max_terms)
+        tables["points_random"] += formula_rows(0, d, point_choices[1], max_terms)
     mixed = {k: [p, p, b, b] for k, p in INTERVAL.items()}
     mixed |= {k: [a, a, p, p] for k, p in RANDOM.items()}
-    tables["points_mixed"] = list(formula_rows(2, 2, mixed, most))
-    wide = {"_wide": {"scatter": 0.05, "tolerance": 0.1}} if most >= 20 else {}
+    tables["points_mixed"] = list(formula_rows(2, 2, mixed, max_terms))
+    # Errors of the parts of the slider–crank.
+    wide = {"_wide": {"scatter": 0.05, "tolerance": 0.1}} if max_terms >= 20 else {}
     for name, version in {"": {}, **wide}.items():
         three = {k: p[:3] for k, p in mixed.items()}
-        tables[f"points_parts{name}"] = list(part_rows(three, most, **version))
+        tables[f"points_parts{name}"] = list(part_rows(three, max_terms, **version))
     note = "if both kinds of variables occur, variables of the other kind have the chosen points"
     for name, rows in tables.items():
         header = ["case", "terms", *rows[0][2]]
-        body = [[case, str(terms), *shown(found, terms)] for case, terms, found in rows]
-        report(chosen.output, name, header, body, {c: found for c, _, found in rows}, [note])
+        body = [
+            [case, str(terms), *format_errors(measurements, terms)]
+            for case, terms, measurements in rows
+        ]
+        report(
+            arguments.output,
+            name,
+            header,
+            body,
+            {c: measurements for c, _, measurements in rows},
+            [note],
+        )
+    # Lebesgue constants and condition numbers.
     orders = (*range(1, 9), 12, 16, 20)
     body = []
-    measured = {}
+    constants = {}
     for random, choices in ((False, INTERVAL), (True, RANDOM)):
         for name, points in choices.items():
-            measured[name] = [lebesgue(points(q), random=random) for q in orders]
+            constants[name] = [lebesgue(points(q), random=random) for q in orders]
             nested = np.array_equal(points(4)[:2], points(1))
             last = f"{condition(points, random=random):.3g}" if nested else "—"
-            body.append([name, *(f"{v:.3g}" for v in measured[name]), last])
+            body.append([name, *(f"{v:.3g}" for v in constants[name]), last])
     header = ["case", *(f"order {q}" for q in orders), "cond V, Σν ≤ 4, d = 3"]
-    report(chosen.output, "points_stability", header, body, measured)
+    report(arguments.output, "points_stability", header, body, constants)
 
 
-def shown(found: dict[str, tuple[int, float]], terms: int) -> list[str]:
+def format_errors(measurements: dict[str, tuple[int, float]], terms: int) -> list[str]:
     """Return the errors, followed by the number of runs if it exceeds the number of terms."""
-    return [f"{e:.2g}" + (f" ({runs})" if runs != terms else "") for runs, e in found.values()]
+    return [
+        f"{e:.2g}" + (f" ({runs})" if runs != terms else "") for runs, e in measurements.values()
+    ]
 
 
 if __name__ == "__main__":

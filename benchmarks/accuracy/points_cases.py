@@ -21,7 +21,7 @@ Points = Callable[[int], np.ndarray]
 COUNT = 21  # length of the longest sequences, for orders up to 20
 
 
-def greedy(first: Sequence[float], rate: float, end: float, *, pairs: bool) -> np.ndarray:
+def leja_points(first: Sequence[float], rate: float, end: float, *, pairs: bool) -> np.ndarray:
     """Return a Leja sequence weighted by e^{−rate x²}, on a grid."""
     grid = np.linspace(-end, end, 40001)
     points = list(first)
@@ -37,31 +37,31 @@ def real_leja(first: list[float]) -> np.ndarray:
     """Return Clenshaw–Curtis points: real parts of e^{iπθ}, θ = 0.b₀b₁… for j = …b₁b₀."""
     angles = [sum((j >> b & 1) * 0.5**b for b in range(8)) for j in range(4, 200)]
     new = dict.fromkeys(math.cos(math.pi * a) for a in angles if 0 < a < 1)
-    both = [x for a in new if a > 0 for x in (a, -a)] if first[0] == 0 else list(new)
-    return np.array(list(dict.fromkeys(np.round([*first, *both], 14)))[:COUNT])
+    signed_points = [x for a in new if a > 0 for x in (a, -a)] if first[0] == 0 else list(new)
+    return np.array(list(dict.fromkeys(np.round([*first, *signed_points], 14)))[:COUNT])
 
 
-def nested(points: np.ndarray) -> Points:
+def nested_points(points: np.ndarray) -> Points:
     """Return a function that gives the points of an order."""
     return lambda order: points[: order + 1]
 
 
 GK = [0.0, *(sign * x for x in GENZ_KEISTER for sign in (1, -1))]
 INTERVAL: dict[str, Points] = {
-    "Leja 0, pairs": nested(greedy([0.0, 1.0, -1.0], 0.0, 1.0, pairs=True)),
-    "Leja 0": nested(greedy([0.0, 1.0, -1.0], 0.0, 1.0, pairs=False)),
-    "Clenshaw–Curtis 0": nested(real_leja([0.0, 1.0, -1.0])),
-    "R-Leja 1": nested(real_leja([1.0, -1.0, 0.0])),
-    "Leja 1 (chosen)": nested(interval_sequence(COUNT)),
+    "Leja 0, pairs": nested_points(leja_points([0.0, 1.0, -1.0], 0.0, 1.0, pairs=True)),
+    "Leja 0": nested_points(leja_points([0.0, 1.0, -1.0], 0.0, 1.0, pairs=False)),
+    "Clenshaw–Curtis 0": nested_points(real_leja([0.0, 1.0, -1.0])),
+    "R-Leja 1": nested_points(real_leja([1.0, -1.0, 0.0])),
+    "Leja 1 (chosen)": nested_points(interval_sequence(COUNT)),
     "scaled zeros": scaled_chebyshev_zeros,
 }
 RANDOM: dict[str, Points] = {
-    "√pdf Leja": nested(greedy([0.0], 0.25, 12.0, pairs=False)),
-    "√pdf Leja, pairs": nested(greedy([0.0], 0.25, 12.0, pairs=True)),
-    "pdf Leja": nested(greedy([0.0], 0.5, 12.0, pairs=False)),
-    "√3, √pdf Leja": nested(greedy(GK[:3], 0.25, 12.0, pairs=False)),
-    "√3, √pdf Leja, pairs": nested(greedy(GK[:3], 0.25, 12.0, pairs=True)),
-    "Genz–Keister, √pdf Leja (chosen)": nested(normal_sequence(COUNT)),
+    "√pdf Leja": nested_points(leja_points([0.0], 0.25, 12.0, pairs=False)),
+    "√pdf Leja, pairs": nested_points(leja_points([0.0], 0.25, 12.0, pairs=True)),
+    "pdf Leja": nested_points(leja_points([0.0], 0.5, 12.0, pairs=False)),
+    "√3, √pdf Leja": nested_points(leja_points(GK[:3], 0.25, 12.0, pairs=False)),
+    "√3, √pdf Leja, pairs": nested_points(leja_points(GK[:3], 0.25, 12.0, pairs=True)),
+    "Genz–Keister, √pdf Leja (chosen)": nested_points(normal_sequence(COUNT)),
     "Gauss–Hermite": lambda k: HERMITE.gauss(k + 1)[0],
 }
 CHOSEN = "Leja 1 (chosen)", "Genz–Keister, √pdf Leja (chosen)"
@@ -69,15 +69,15 @@ CHOSEN = "Leja 1 (chosen)", "Genz–Keister, √pdf Leja (chosen)"
 
 def combination(orders: list[tuple[int, ...]]) -> list[tuple[tuple[int, ...], int]]:
     """Return the tensor grids, and their factors, that form the interpolation on a set."""
-    known = set(orders)
+    members = set(orders)
     steps = list(itertools.product((0, 1), repeat=len(orders[0])))
-    factors = [sum((-1) ** sum(z) for z in steps if tuple(np.add(v, z)) in known) for v in orders]
+    factors = [sum((-1) ** sum(z) for z in steps if tuple(np.add(v, z)) in members) for v in orders]
     return [(v, c) for v, c in zip(orders, factors, strict=True) if c]
 
 
 def fit(f, orders, points: Sequence[Points], m: int) -> tuple[HybridExpansion, int]:
     """Return the expansion on a set of orders, the m variables η first, and its number of runs."""
-    most = np.max(orders, axis=0)
+    max_orders = np.max(orders, axis=0)
     beta = None
     runs = []
     for v, factor in combination(orders):
@@ -88,11 +88,13 @@ def fit(f, orders, points: Sequence[Points], m: int) -> tuple[HybridExpansion, i
         for a, (q, x) in enumerate(zip(v, nodes, strict=True)):
             basis = chebyshev_values(q, x) if a < m else HERMITE.values(q, x)
             y = np.moveaxis(np.tensordot(np.linalg.inv(basis), y, (1, a)), 0, a)
-        beta = np.zeros((*(most + 1), y.shape[-1])) if beta is None else beta
+        beta = np.zeros((*(max_orders + 1), y.shape[-1])) if beta is None else beta
         beta[tuple(slice(q + 1) for q in v)] += factor * y
     count = len(np.unique(np.round(np.concatenate(runs), 9) + 0.0, axis=0))
-    beta = beta.reshape(math.prod(most + 1), beta.shape[-1])
-    return HybridExpansion((HERMITE,) * (len(most) - m), tensor_index(most), beta), count
+    beta = beta.reshape(math.prod(max_orders + 1), beta.shape[-1])
+    return HybridExpansion(
+        (HERMITE,) * (len(max_orders) - m), tensor_index(max_orders), beta
+    ), count
 
 
 def formulas(m: int, n: int) -> Callable[[np.ndarray], np.ndarray]:
@@ -114,25 +116,25 @@ def formulas(m: int, n: int) -> Callable[[np.ndarray], np.ndarray]:
     return f
 
 
-def total(d: int, order: int) -> list[tuple[int, ...]]:
+def total_order_set(d: int, order: int) -> list[tuple[int, ...]]:
     return [v for v in itertools.product(range(order + 1), repeat=d) if sum(v) <= order]
 
 
-def adaptive(size: int, expansion: HybridExpansion) -> list[tuple[int, ...]]:
+def adaptive_set(size: int, expansion: HybridExpansion) -> list[tuple[int, ...]]:
     """Return the downward closed set that adds the largest coefficients one after the other."""
     large = np.abs(expansion.weighted).sum(axis=1).reshape([q + 1 for q in expansion.orders])
-    one = np.eye(large.ndim, dtype=int)
-    found = [(0,) * large.ndim]
-    while len(found) < size:
-        near = {tuple(map(int, v + e)) for v in found for e in one} - set(found)
+    units = np.eye(large.ndim, dtype=int)
+    index_set = [(0,) * large.ndim]
+    while len(index_set) < size:
+        neighbours = {tuple(map(int, v + e)) for v in index_set for e in units} - set(index_set)
         new = [
             v
-            for v in near
+            for v in neighbours
             if all(k < n for k, n in zip(v, large.shape, strict=True))
-            and all(tuple(map(int, v - e)) in found for e in one if v @ e)
+            and all(tuple(map(int, v - e)) in index_set for e in units if v @ e)
         ]
-        found.append(max(new, key=lambda v: (large[v], v)))
-    return found
+        index_set.append(max(new, key=lambda v: (large[v], v)))
+    return index_set
 
 
 def with_pairs(orders: list[tuple[int, ...]], first: int) -> list[tuple[int, ...]]:
@@ -142,15 +144,15 @@ def with_pairs(orders: list[tuple[int, ...]], first: int) -> list[tuple[int, ...
     return sorted(set(itertools.chain(*boxes)))
 
 
-def sets(d: int, m: int, f, most: int) -> dict[str, list[tuple[int, ...]]]:
+def sets(d: int, m: int, f, max_terms: int) -> dict[str, list[tuple[int, ...]]]:
     """Return index sets by name; pairs refer to random variables if there are any."""
     if d == 1:
-        return {f"order {q}": total(1, q) for q in range(1, min(9, most))}
+        return {f"order {q}": total_order_set(1, q) for q in range(1, min(9, max_terms))}
     best = [INTERVAL["scaled zeros"]] * m + [RANDOM["Gauss–Hermite"]] * (d - m)
-    dense = fit(f, total(d, 10 if d == 2 else 6), best, m)[0]
-    found = {f"Σν ≤ {q}": total(d, q) for q in range(1, 6)}
-    found["tensor, order 1"] = list(itertools.product((0, 1), repeat=d))
+    dense = fit(f, total_order_set(d, 10 if d == 2 else 6), best, m)[0]
+    index_sets = {f"Σν ≤ {q}": total_order_set(d, q) for q in range(1, 6)}
+    index_sets["tensor, order 1"] = list(itertools.product((0, 1), repeat=d))
     for size in (7, 12, 20, 33, 54):
-        found[f"adaptive {size}"] = adaptive(size, dense)
-        found[f"adaptive {size}, pairs"] = with_pairs(found[f"adaptive {size}"], m % d)
-    return {name: orders for name, orders in found.items() if len(orders) <= most}
+        index_sets[f"adaptive {size}"] = adaptive_set(size, dense)
+        index_sets[f"adaptive {size}, pairs"] = with_pairs(index_sets[f"adaptive {size}"], m % d)
+    return {name: orders for name, orders in index_sets.items() if len(orders) <= max_terms}

@@ -47,14 +47,14 @@ def bands(
 ) -> xr.Dataset:
     """Return the bands of moments (Π counts, …) on a uniform grid of the interval inputs."""
     std = np.sqrt(np.maximum(variance, 0.0))
-    found = {
-        "mean": np.stack([_least(mean, counts), -_least(-mean, counts)]),
-        "error_bar": np.stack([_least(mean - std, counts), -_least(-mean - std, counts)]),
+    band_values = {
+        "mean": np.stack([_minimum(mean, counts), -_minimum(-mean, counts)]),
+        "error_bar": np.stack([_minimum(mean - std, counts), -_minimum(-mean - std, counts)]),
     }
-    return xr.Dataset({name: (dims, v) for name, v in found.items()}, coords=labels)
+    return xr.Dataset({name: (dims, v) for name, v in band_values.items()}, coords=labels)
 
 
-def _least(values: np.ndarray, counts: Sequence[int]) -> np.ndarray:
+def _minimum(values: np.ndarray, counts: Sequence[int]) -> np.ndarray:
     """Return the minimum of values (Π counts, …), refined by a parabola in each variable."""
     flat = values.reshape(len(values), -1)
     best = flat.argmin(axis=0)

@@ -58,21 +58,21 @@ class Case:
 def linear(rng: np.random.Generator) -> Callable[[int], Callable[[np.ndarray], np.ndarray]]:
     """Return responses that are linear in their inputs."""
 
-    def made(m: int) -> Callable[[np.ndarray], np.ndarray]:
+    def make_values(m: int) -> Callable[[np.ndarray], np.ndarray]:
         slopes = smooth(rng, m)
         return lambda x: x @ slopes
 
-    return made
+    return make_values
 
 
 def quadratic(rng: np.random.Generator) -> Callable[[int], Callable[[np.ndarray], np.ndarray]]:
     """Return responses that are quadratic in their inputs."""
 
-    def made(m: int) -> Callable[[np.ndarray], np.ndarray]:
+    def make_values(m: int) -> Callable[[np.ndarray], np.ndarray]:
         slopes, bends = smooth(rng, m), 0.5 * smooth(rng, m * m).reshape(m, m, -1)
         return lambda x: x @ slopes + np.einsum("pi,pj,ijt->pt", x, x, bends)
 
-    return made
+    return make_values
 
 
 def smooth(rng: np.random.Generator, count: int) -> np.ndarray:
@@ -84,7 +84,7 @@ def smooth(rng: np.random.Generator, count: int) -> np.ndarray:
 def four_bar(rng: np.random.Generator) -> Callable[[int], Callable[[np.ndarray], np.ndarray]]:
     """Return angles of the rocker of a four-bar whose crank turns once."""
 
-    def made(m: int) -> Callable[[np.ndarray], np.ndarray]:
+    def make_values(m: int) -> Callable[[np.ndarray], np.ndarray]:
         while True:
             sizes = rng.uniform([0.2, 0.8, 0.6, 0.9], [0.5, 1.6, 1.4, 1.5])
             crank, coupler, rocker, ground = sizes
@@ -103,25 +103,25 @@ def four_bar(rng: np.random.Generator) -> Callable[[int], Callable[[np.ndarray],
 
         return values
 
-    return made
+    return make_values
 
 
 def ringing(rng: np.random.Generator) -> Callable[[int], Callable[[np.ndarray], np.ndarray]]:
     """Return deflections of an oscillator that is released, and driven at a low frequency."""
 
-    def made(m: int) -> Callable[[np.ndarray], np.ndarray]:
+    def make_values(m: int) -> Callable[[np.ndarray], np.ndarray]:
         frequency, damping = 2 * np.pi * rng.uniform(4, 12), rng.uniform(0.005, 0.03)
         phase = rng.uniform(0, 2 * np.pi)
 
         def values(x: np.ndarray) -> np.ndarray:
-            start, omega, drive = ((1 + own * x[:, k, None]) for k, own in
+            start, omega, drive = ((1 + scatter * x[:, k, None]) for k, scatter in
                                    enumerate((0.1, 0.03, 0.1)))  # fmt: skip
             ring = np.exp(-damping * omega * frequency * TIMES) * np.cos(omega * frequency * TIMES)
             return start * ring + drive * np.sin(2 * np.pi * TIMES + phase)
 
         return values
 
-    return made
+    return make_values
 
 
 FAMILIES = {"linear": linear, "quadratic": quadratic, "four-bar": four_bar, "ringing": ringing}
@@ -147,78 +147,80 @@ def corners(m: int) -> np.ndarray:
     return np.array(list(product((-1.0, 1.0), repeat=m)))
 
 
-def cheapest(one: Case, rng: np.random.Generator) -> float:
+def cheapest_cost(problem: Case, rng: np.random.Generator) -> float:
     """Return the least cost with which limits are kept on a grid, by an exchange of its points."""
-    grid = np.array(list(product(np.linspace(-1, 1, 5 if one.m < 5 else 3), repeat=one.m)))
+    grid = np.array(list(product(np.linspace(-1, 1, 5 if problem.m < 5 else 3), repeat=problem.m)))
     best = np.inf
     for k in range(4):
-        y = rng.uniform(-3, 0, one.m) if k else np.full(one.m, -1.0)
-        chosen = []
+        y = rng.uniform(-3, 0, problem.m) if k else np.full(problem.m, -1.0)
+        constraints = []
         for _ in range(30):
-            off = np.abs(one.deviations(np.exp(y) * grid)) - one.limit
-            worst = off.argmax(axis=0)
+            excess = np.abs(problem.deviations(np.exp(y) * grid)) - problem.limit
+            worst = excess.argmax(axis=0)
             new = [(int(p), t) for t, p in enumerate(worst)]
-            if chosen and off.max() < 1e-7 * one.limit.max():
-                best = min(best, float((one.costs / np.exp(y)).sum()))
+            if constraints and excess.max() < 1e-7 * problem.limit.max():
+                best = min(best, float((problem.costs / np.exp(y)).sum()))
                 break
-            chosen = sorted({*chosen, *new})
-            y = solved(one, grid, chosen, y)
+            constraints = sorted({*constraints, *new})
+            y = optimize_tolerances(problem, grid, constraints, y)
     return best
 
 
-def solved(one: Case, grid: np.ndarray, chosen: list[tuple[int, int]], y: np.ndarray) -> np.ndarray:
+def optimize_tolerances(
+    problem: Case, grid: np.ndarray, constraints: list[tuple[int, int]], y: np.ndarray
+) -> np.ndarray:
     """Return logarithms of the cheapest tolerances that keep limits at some points and times."""
-    point, at = np.array(chosen).T
-    own, row = np.unique(point, return_inverse=True)
+    point, at = np.array(constraints).T
+    grid_rows, row = np.unique(point, return_inverse=True)
 
     def margins(v: np.ndarray) -> np.ndarray:
-        off = np.abs(one.deviations(np.exp(v) * grid[own]))
-        return 1 - off[row, at] / one.limit[at]
+        deviations = np.abs(problem.deviations(np.exp(v) * grid[grid_rows]))
+        return 1 - deviations[row, at] / problem.limit[at]
 
     def slopes(v: np.ndarray) -> np.ndarray:
-        steps = 1e-5 * np.eye(one.m)
+        steps = 1e-5 * np.eye(problem.m)
         return np.array([(margins(v + d) - margins(v - d)) / 2e-5 for d in steps]).T
 
-    found = minimize(
-        lambda v: np.log((one.costs / np.exp(v)).sum()),
+    solution = minimize(
+        lambda v: np.log((problem.costs / np.exp(v)).sum()),
         y,
-        bounds=[(np.log(1e-4), 0.0)] * one.m,
+        bounds=[(np.log(1e-4), 0.0)] * problem.m,
         constraints={"type": "ineq", "fun": margins, "jac": slopes},
         method="SLSQP",
         options={"maxiter": 200, "ftol": 1e-12},
     )
-    return np.clip(found.x, np.log(1e-4), 0.0)
+    return np.clip(solution.x, np.log(1e-4), 0.0)
 
 
-def judged(family: str, seed: int, tolerance: float) -> dict[str, float]:
+def judge_case(family: str, seed: int, tolerance: float) -> dict[str, float]:
     """Return how a case is allocated."""
-    one = case(family, seed)
+    problem = case(family, seed)
     rng = np.random.default_rng(seed)
-    inputs = {f"x{k}": fb.Interval(-1.0, 1.0) for k in range(one.m)}
-    surrogate = fb.expand(one.response, inputs, fb.AdaptivePCCI(tolerance))
+    inputs = {f"x{k}": fb.Interval(-1.0, 1.0) for k in range(problem.m)}
+    surrogate = fb.expand(problem.response, inputs, fb.AdaptivePCCI(tolerance))
     assert isinstance(surrogate, fb.Surrogate)
     began = time.perf_counter()
-    found = fb.analysis.allocate(
-        surrogate, fb.Limit(below=one.limit, above=-one.limit),
-        {name: float(cost) for name, cost in zip(inputs, one.costs, strict=True)},
-        response=one.response,
+    allocation = fb.analysis.allocate(
+        surrogate, fb.Limit(below=problem.limit, above=-problem.limit),
+        {name: float(cost) for name, cost in zip(inputs, problem.costs, strict=True)},
+        response=problem.response,
     )  # fmt: skip
     seconds = time.perf_counter() - began
-    t = found["tolerance"].sel(name=list(inputs)).values
-    places = np.concatenate([corners(one.m), rng.uniform(-1, 1, (INSIDE, one.m))])
-    beyond = (np.abs(one.deviations(t * places)) / one.limit).max() - 1
+    t = allocation["tolerance"].sel(name=list(inputs)).values
+    places = np.concatenate([corners(problem.m), rng.uniform(-1, 1, (INSIDE, problem.m))])
+    beyond = (np.abs(problem.deviations(t * places)) / problem.limit).max() - 1
     return {
-        "confirmed": float(found.attrs["confirmed"] == "yes"),
+        "confirmed": float(allocation.attrs["confirmed"] == "yes"),
         "beyond": float(beyond),
-        "cost": float(found.attrs["cost"]) / cheapest(one, rng) - 1,
+        "cost": float(allocation.attrs["cost"]) / cheapest_cost(problem, rng) - 1,
         "runs": float(surrogate.diagnostics.attrs["runs"]),
-        "further": float(found.attrs["runs"]),
+        "further": float(allocation.attrs["runs"]),
         "seconds": seconds,
     }
 
 
 def main() -> None:
-    chosen = options(
+    arguments = options(
         __doc__,
         40,
         seed=(SEED, "of the first case"),
@@ -227,29 +229,32 @@ def main() -> None:
         families=(",".join(FAMILIES), "of the cases"),
     )
     defaults = confirmation.confirm_tolerances.__kwdefaults__
-    for text in filter(None, chosen.constants.split(",")):
+    for text in filter(None, arguments.constants.split(",")):
         name, value = text.split("=")
         kind = type(getattr(defaults["options"], name))
         defaults["options"] = replace(defaults["options"], **{name: kind(float(value))})
     rows = []
-    data = {}
-    for family in chosen.families.split(","):
-        found = [judged(family, chosen.seed + k, chosen.tolerance) for k in range(chosen.samples)]
-        own = {name: np.array([one[name] for one in found]) for name in found[0]}
-        data[family] = {name: values.tolist() for name, values in own.items()}
+    values_by_family = {}
+    for family in arguments.families.split(","):
+        results = [
+            judge_case(family, arguments.seed + k, arguments.tolerance)
+            for k in range(arguments.samples)
+        ]
+        columns = {name: np.array([result[name] for result in results]) for name in results[0]}
+        values_by_family[family] = {name: values.tolist() for name, values in columns.items()}
         rows.append([
             family,
-            f"{own['confirmed'].sum():.0f} of {len(found)}",
-            f"{(own['beyond'] > 1e-6).sum()}, {max(0.0, own['beyond'].max()):.1e}",
-            f"{np.median(own['cost']):.1e}",
-            f"{own['cost'].min():.1e} to {own['cost'].max():.1e}",
-            f"{np.median(own['runs']):.0f} + {np.median(own['further']):.0f}",
-            f"{(own['runs'] + own['further']).max():.0f}",
-            f"{np.median(own['seconds']):.2g}, {own['seconds'].max():.2g}",
+            f"{columns['confirmed'].sum():.0f} of {len(results)}",
+            f"{(columns['beyond'] > 1e-6).sum()}, {max(0.0, columns['beyond'].max()):.1e}",
+            f"{np.median(columns['cost']):.1e}",
+            f"{columns['cost'].min():.1e} to {columns['cost'].max():.1e}",
+            f"{np.median(columns['runs']):.0f} + {np.median(columns['further']):.0f}",
+            f"{(columns['runs'] + columns['further']).max():.0f}",
+            f"{np.median(columns['seconds']):.2g}, {columns['seconds'].max():.2g}",
         ])  # fmt: skip
     header = ["family", "confirmed", "beyond limits, by", "cost above, median", "from to",
               "runs, median", "most", "seconds, median and most"]  # fmt: skip
-    report(chosen.output, "allocation", header, rows, data)
+    report(arguments.output, "allocation", header, rows, values_by_family)
 
 
 if __name__ == "__main__":

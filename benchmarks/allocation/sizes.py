@@ -31,31 +31,31 @@ Parts = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 """Sizes (2,) -> h, (times,), and g, (tolerances, times)."""
 
 
-def parts(rng: np.random.Generator, count: int) -> Parts:
+def random_parts(rng: np.random.Generator, count: int) -> Parts:
     """Return a random response."""
     terms = np.stack([smooth(rng, len(POWERS)) for _ in range(count + 1)])
     terms *= 0.6 ** POWERS.sum(axis=1)[:, None]
 
-    def found(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        own = np.tensordot((z**POWERS).prod(axis=1), terms, axes=(0, 1))
-        return own[0], own[1:]
+    def evaluate(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        series = np.tensordot((z**POWERS).prod(axis=1), terms, axes=(0, 1))
+        return series[0], series[1:]
 
-    return found
+    return evaluate
 
 
-def cheapest(own: Parts, limit: float, costs: np.ndarray) -> float:
+def cheapest_cost(parts_at: Parts, limit: float, costs: np.ndarray) -> float:
     """Return the least cost of all sizes; infinite if no sizes of the grid keep the limit."""
 
     def margins(v: np.ndarray) -> np.ndarray:
-        h, g = own(v[:2])
+        h, g = parts_at(v[:2])
         return 1 - (np.abs(h) + np.exp(v[2:]) @ np.abs(g)) / limit
 
     def slopes(v: np.ndarray) -> np.ndarray:
         steps = 1e-6 * np.eye(len(v))
         return np.array([(margins(v + d) - margins(v - d)) / 2e-6 for d in steps]).T
 
-    def solved(start: np.ndarray, *, free: bool) -> Any:
-        reach = [(-1.0, 1.0)] * 2 if free else [(z, z) for z in start[:2]]
+    def minimize_from(start: np.ndarray, *, free_sizes: bool) -> Any:
+        reach = [(-1.0, 1.0)] * 2 if free_sizes else [(z, z) for z in start[:2]]
         return minimize(
             lambda v: np.log((costs / np.exp(v[2:])).sum()),
             start,
@@ -65,71 +65,79 @@ def cheapest(own: Parts, limit: float, costs: np.ndarray) -> float:
             options={"maxiter": 200, "ftol": 1e-11},
         )
 
-    found = []
+    optima = []
     for z in product(GRID, repeat=2):
-        h, g = own(np.array(z))
+        h, g = parts_at(np.array(z))
         room = ((limit - np.abs(h)) / np.abs(g).sum(axis=0)).min()
         if room > 1e-4:
             y = np.full(len(costs), np.log(min(room, 1.0)))
-            found.append(solved(np.concatenate([z, y]), free=False))
-    found.sort(key=lambda one: one.fun)
-    best = [solved(one.x, free=True) for one in found[:POLISHED]]
-    kept = [one.fun for one in (*found, *best) if margins(one.x).min() > -1e-7]
-    return float(np.exp(min(kept, default=np.inf)))
+            optima.append(minimize_from(np.concatenate([z, y]), free_sizes=False))
+    optima.sort(key=lambda optimum: optimum.fun)
+    best = [minimize_from(optimum.x, free_sizes=True) for optimum in optima[:POLISHED]]
+    log_costs = [optimum.fun for optimum in (*optima, *best) if margins(optimum.x).min() > -1e-7]
+    return float(np.exp(min(log_costs, default=np.inf)))
 
 
-def judged(seed: int) -> dict[str, float]:
+def judge_case(seed: int) -> dict[str, float]:
     """Return how a case is allocated."""
     rng = np.random.default_rng(seed)
     count = int(rng.integers(2, 4))
-    own, costs = parts(rng, count), rng.uniform(0.2, 5.0, count)
-    sizes = [own(np.array(z))[0] for z in product(GRID, repeat=2)]
+    parts_at, costs = random_parts(rng, count), rng.uniform(0.2, 5.0, count)
+    sizes = [parts_at(np.array(z))[0] for z in product(GRID, repeat=2)]
     limit = float(np.abs(sizes).max(axis=1).min() * rng.uniform(1.05, 2.0))
 
     def response(**inputs: np.ndarray) -> xr.DataArray:
         rows = zip(*(inputs[name] for name in ("z0", "z1", *names)), strict=True)
-        both = [(own(np.array(row[:2])), np.array(row[2:])) for row in rows]
-        values = [h + b @ g for (h, g), b in both]
+        part_values = [(parts_at(np.array(row[:2])), np.array(row[2:])) for row in rows]
+        values = [h + b @ g for (h, g), b in part_values]
         return xr.DataArray(np.array(values), {"time": TIMES}, ("sample", "time"))
 
     names = [f"b{k}" for k in range(count)]
-    given: dict[str, Any] = dict.fromkeys(names, fb.Interval(-1.0, 1.0))
-    given |= dict.fromkeys(("z0", "z1"), fb.Sizing(-1.0, 1.0))
-    surrogate = fb.expand(response, given, fb.AdaptivePCCI(1e-3))
+    variables: dict[str, Any] = dict.fromkeys(names, fb.Interval(-1.0, 1.0))
+    variables |= dict.fromkeys(("z0", "z1"), fb.Sizing(-1.0, 1.0))
+    surrogate = fb.expand(response, variables, fb.AdaptivePCCI(1e-3))
     assert isinstance(surrogate, fb.Surrogate)
     began = time.perf_counter()
-    found = fb.analysis.allocate(
+    allocation = fb.analysis.allocate(
         surrogate, fb.Limit(below=limit, above=-limit),
         dict(zip(names, costs.tolist(), strict=True)), response=response,
     )  # fmt: skip
     seconds = time.perf_counter() - began
-    h, g = own(found["size"].sel(sizing=["z0", "z1"]).values)
-    off = (np.abs(h) + found["tolerance"].sel(name=names).values @ np.abs(g)).max() / limit
+    h, g = parts_at(allocation["size"].sel(sizing=["z0", "z1"]).values)
+    largest_ratio = (
+        np.abs(h) + allocation["tolerance"].sel(name=names).values @ np.abs(g)
+    ).max() / limit
     return {
-        "confirmed": float(found.attrs["confirmed"] == "yes"),
-        "beyond": float(off - 1),
-        "cost": float(found.attrs["cost"]) / cheapest(own, limit, costs) - 1,
-        "runs": float(surrogate.diagnostics.attrs["runs"]) + float(found.attrs["runs"]),
+        "confirmed": float(allocation.attrs["confirmed"] == "yes"),
+        "beyond": float(largest_ratio - 1),
+        "cost": float(allocation.attrs["cost"]) / cheapest_cost(parts_at, limit, costs) - 1,
+        "runs": float(surrogate.diagnostics.attrs["runs"]) + float(allocation.attrs["runs"]),
         "seconds": seconds,
     }
 
 
 def main() -> None:
-    chosen = options(__doc__, 30, seed=(SEED, "of the first case"))
-    found = [judged(chosen.seed + k) for k in range(chosen.samples)]
-    own = {name: np.array([one[name] for one in found]) for name in found[0]}
+    arguments = options(__doc__, 30, seed=(SEED, "of the first case"))
+    results = [judge_case(arguments.seed + k) for k in range(arguments.samples)]
+    columns = {name: np.array([result[name] for result in results]) for name in results[0]}
     rows = [[
-        f"{own['confirmed'].sum():.0f} of {len(found)}",
-        f"{(own['beyond'] > 1e-6).sum()}, {max(0.0, own['beyond'].max()):.1e}",
-        f"{np.median(own['cost']):.1e}",
-        f"{own['cost'].min():.1e} to {own['cost'].max():.1e}",
-        f"{(own['cost'] > 0.01).sum()}",
-        f"{np.median(own['runs']):.0f}, {own['runs'].max():.0f}",
-        f"{np.median(own['seconds']):.2g}, {own['seconds'].max():.2g}",
+        f"{columns['confirmed'].sum():.0f} of {len(results)}",
+        f"{(columns['beyond'] > 1e-6).sum()}, {max(0.0, columns['beyond'].max()):.1e}",
+        f"{np.median(columns['cost']):.1e}",
+        f"{columns['cost'].min():.1e} to {columns['cost'].max():.1e}",
+        f"{(columns['cost'] > 0.01).sum()}",
+        f"{np.median(columns['runs']):.0f}, {columns['runs'].max():.0f}",
+        f"{np.median(columns['seconds']):.2g}, {columns['seconds'].max():.2g}",
     ]]  # fmt: skip
     header = ["confirmed", "beyond limits, by", "cost above, median", "from to", "above by 1 %",
               "runs, median and most", "seconds, median and most"]  # fmt: skip
-    report(chosen.output, "allocation_sizes", header, rows, {k: v.tolist() for k, v in own.items()})
+    report(
+        arguments.output,
+        "allocation_sizes",
+        header,
+        rows,
+        {k: v.tolist() for k, v in columns.items()},
+    )
 
 
 if __name__ == "__main__":

@@ -53,8 +53,8 @@ def error(seed: int) -> float:
         },
         sensors={"place": fb.Position("mass")},
     )
-    free = fb.GeneralizedAlpha(step_tolerance=1e-7)
-    motion = fb.simulate(model, duration=duration, step=duration / 200, integrator=free)
+    integrator = fb.GeneralizedAlpha(step_tolerance=1e-7)
+    motion = fb.simulate(model, duration=duration, step=duration / 200, integrator=integrator)
     place = motion.sel(output="place_X").values.ravel()
     times = motion["time"].values
     exact = solve_ivp(
@@ -64,13 +64,13 @@ def error(seed: int) -> float:
 
 
 def main() -> None:
-    chosen = options(__doc__, 200, seed=(1, "first of the seeds"))
-    seeds = range(chosen.seed, chosen.seed + chosen.samples)
+    arguments = options(__doc__, 200, seed=(1, "first of the seeds"))
+    seeds = range(arguments.seed, arguments.seed + arguments.samples)
     errors = [error(seed) for seed in seeds]
     quantiles = np.quantile(errors, [0.5, 0.9, 0.99, 1.0])
     above = f"{sum(e > 2e-4 for e in errors)} of {len(errors)}"
     report(
-        chosen.output,
+        arguments.output,
         "bristles",
         ["median", "90 %", "99 %", "largest", "above 2e-4"],
         [[*(f"{q:.1e}" for q in quantiles), above]],

@@ -35,7 +35,7 @@ class Coulomb(NamedTuple):
         """Return which part of µs − µk is left at a sliding speed."""
         return math.exp(-((speed / self.stribeck) ** 2)) if self.stribeck else 0.0
 
-    def made(self) -> fb.contact.Coulomb:
+    def make_law(self) -> fb.contact.Coulomb:
         """Return the law of flexband."""
         return fb.contact.Coulomb(
             kinetic=self.kinetic, static=self.static, stribeck_speed=self.stribeck or None,
@@ -113,13 +113,13 @@ def mechanism(draw: Draw, velocities: np.ndarray) -> fb.Mechanism:
         loads[f"spring {k}"] = fb.Spring(at(first), at(second), stiffness, rest)
     for k, (touch, friction, closed) in enumerate(draw.touches):
         name = f"T{k}"
-        options = {"friction": friction.made(), "closed_at_start": closed}
+        options = {"friction": friction.make_law(), "closed_at_start": closed}
         loads[name] = contact(touch, at, options)
         sensors[name] = fb.contact.Contacts(name, first=EVENTS + 1)
         sensors[f"friction {name}"] = fb.contact.FrictionForce(name)
     for k, brake in enumerate(draw.brakes):
         loads[f"B{k}"] = fb.contact.Brake(
-            at(brake.first), at(brake.second), friction=brake.friction.made(),
+            at(brake.first), at(brake.second), friction=brake.friction.make_law(),
             radius=brake.radius, force=np.vectorize(brake.force, otypes=[float]),
         )  # fmt: skip
         sensors[f"friction B{k}"] = fb.contact.FrictionForce(f"B{k}", angular=True)
@@ -134,16 +134,24 @@ def joint(link: Link, at: PointNames):
     """Return the joint of flexband."""
     a = at(link.first)
     b = at(link.second)
-    friction = link.friction.made() if link.friction else None
+    friction = link.friction.make_law() if link.friction else None
     if link.kind == "motor":
         angle = np.vectorize(lambda t: link.drive(t)[0], otypes=[float])
         return fb.PrescribedRotation(a, angle)
     if link.kind == "travel":
         travel = np.vectorize(lambda t: link.drive(t)[0], otypes=[float])
         return fb.PrescribedTravel(a, b, travel, axis=link.axis)
-    rough = {} if friction is None else {"friction": friction}
+    friction_options = {} if friction is None else {"friction": friction}
     if link.kind == "slot":
-        return fb.Slot(a, b, axis=link.axis, **rough)
+        return fb.Slot(a, b, axis=link.axis, **friction_options)
     if link.kind == "pin":
-        return fb.Revolute(a, b, **rough, **({"radius": link.length} if rough else {}))
-    return fb.Prismatic(a, b, axis=link.axis, **rough, **({"length": link.length} if rough else {}))
+        return fb.Revolute(
+            a, b, **friction_options, **({"radius": link.length} if friction_options else {})
+        )
+    return fb.Prismatic(
+        a,
+        b,
+        axis=link.axis,
+        **friction_options,
+        **({"length": link.length} if friction_options else {}),
+    )

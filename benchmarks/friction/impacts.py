@@ -30,7 +30,14 @@ import xarray as xr
 import flexband as fb
 from benchmarks.friction.draws import Brake, Coulomb, Draw, Link, joint
 from benchmarks.friction.reference import bordered
-from benchmarks.friction.rows import apart, normal_force, placed, rows_of, sliding_row, spin
+from benchmarks.friction.rows import (
+    normal_force,
+    point_at,
+    rows_of,
+    separation_row,
+    sliding_row,
+    spin,
+)
 from benchmarks.harness import options, report
 from benchmarks.numerics.contact_draws import GROUND, Part, Place, PointNames, rigid_bodies
 from benchmarks.numerics.contacts import bars, chain
@@ -55,7 +62,7 @@ class Strike(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Struck:
+class Impact:
     """A mechanism that is struck at the start."""
 
     draw: Draw
@@ -80,7 +87,7 @@ def body(rng: np.random.Generator, x: float, y: float, angle: float = 0.0) -> Pa
     return Part(m, m * float(rng.uniform(1e-3, 1e-2)), (x, y, angle), velocity)
 
 
-def wagons(rng: np.random.Generator) -> Struck:
+def wagons(rng: np.random.Generator) -> Impact:
     """Return blocks in rough guides and slots of any direction, two of which are linked."""
     parts = []
     links = []
@@ -100,10 +107,10 @@ def wagons(rng: np.random.Generator) -> Struck:
     strikes = [Strike(kind, ends[0], ends[1])]
     if count > 2 and rng.random() < 0.5:
         strikes.append(Strike("distance", ends[1], ends[2]))
-    return Struck(Draw("wagons", parts, links), strikes)
+    return Impact(Draw("wagons", parts, links), strikes)
 
 
-def linkage(rng: np.random.Generator) -> Struck:
+def linkage(rng: np.random.Generator) -> Impact:
     """Return a chain with rough pins that is caught, driven or locked."""
     lengths, angles = bars(rng)
     parts, pins, end = chain(rng, lengths, angles)
@@ -125,13 +132,13 @@ def linkage(rng: np.random.Generator) -> Struck:
         case 2:
             strike = Strike("clutch", inner, Place(0, 0.0, 0.0) if last else ground())
         case _:
-            strike = Strike("pin", end, ground(*(float(z.real) for z in placed(
+            strike = Strike("pin", end, ground(*(float(z.real) for z in point_at(
                 np.array([p.place for p in parts], dtype=complex).ravel(), end
             ))))  # fmt: skip
-    return Struck(Draw("linkages", parts, links), [strike])
+    return Impact(Draw("linkages", parts, links), [strike])
 
 
-def slider_crank(rng: np.random.Generator) -> Struck:
+def slider_crank(rng: np.random.Generator) -> Impact:
     """Return a slider–crank with rough pins and guide, whose slider or crank is caught."""
     r = float(rng.uniform(0.1, 0.2))
     angle = float(rng.uniform(0.3, 2.8))
@@ -150,12 +157,12 @@ def slider_crank(rng: np.random.Generator) -> Struck:
     links.append(Link("guide", slider, ground(x, 0.0), (1.0, 0.0), law(rng), guide))
     parts.append(body(rng, x + 0.4, 0.1))
     links.append(Link("slot", Place(3, 0.0, 0.0), ground(x + 0.4, 0.1), (1.0, 0.0), law(rng)))
-    caught = Strike("distance", slider, Place(3, 0.02, 0.0))
-    driven = Strike("drive", Place(0, 0.0, 0.0), ground(), float(rng.normal(scale=10)))
-    return Struck(Draw("slider-cranks", parts, links), [caught if rng.random() < 0.6 else driven])
+    catch = Strike("distance", slider, Place(3, 0.02, 0.0))
+    drive = Strike("drive", Place(0, 0.0, 0.0), ground(), float(rng.normal(scale=10)))
+    return Impact(Draw("slider-cranks", parts, links), [catch if rng.random() < 0.6 else drive])
 
 
-def wheels(rng: np.random.Generator) -> Struck:
+def wheels(rng: np.random.Generator) -> Impact:
     """Return wheels with rough axles and a brake that a gear, a clutch or a drive couples."""
     parts = []
     links = []
@@ -166,59 +173,62 @@ def wheels(rng: np.random.Generator) -> Struck:
         links.append(Link("pin", Place(k, 0.0, 0.0), ground(0.3 * k), (1.0, 0.0), friction, radius))
     force = float(rng.uniform(0.0, 50.0))
     brake = Brake(Place(1, 0.0, 0.0), ground(0.3), law(rng), 0.1, lambda t: force)
-    both = Place(0, 0.0, 0.0), Place(1, 0.0, 0.0)
+    centres = Place(0, 0.0, 0.0), Place(1, 0.0, 0.0)
     match int(rng.integers(4)):
         case 0:
-            strike = Strike("gear", *both, float(rng.uniform(0.3, 3.0)))
+            strike = Strike("gear", *centres, float(rng.uniform(0.3, 3.0)))
         case 1:
-            strike = Strike("clutch", *both)
+            strike = Strike("clutch", *centres)
         case 2:
-            off = Place(0, 0.05, 0.02), Place(1, 0.0, 0.08)
-            strike = Strike("distance", *off)
+            rim_points = Place(0, 0.05, 0.02), Place(1, 0.0, 0.08)
+            strike = Strike("distance", *rim_points)
         case _:
-            strike = Strike("drive", both[0], ground(), float(rng.normal(scale=10)))
-    return Struck(Draw("wheels", parts, links, brakes=[brake]), [strike])
+            strike = Strike("drive", centres[0], ground(), float(rng.normal(scale=10)))
+    return Impact(Draw("wheels", parts, links, brakes=[brake]), [strike])
 
 
-FAMILIES: list[Callable[[np.random.Generator], Struck]] = [wagons, linkage, slider_crank, wheels]
+FAMILIES: list[Callable[[np.random.Generator], Impact]] = [wagons, linkage, slider_crank, wheels]
 
 
 class Problem:
     """The impulse problem of a mechanism in x, y and φ of its bodies."""
 
-    def __init__(self, struck: Struck):
-        draw = self.draw = struck.draw
+    def __init__(self, impact: Impact):
+        draw = self.draw = impact.draw
         self.mass = np.array([[p.mass, p.mass, p.inertia] for p in draw.parts]).ravel()
         q = np.array([part.place for part in draw.parts], dtype=complex).ravel()
         joints = [np.array(rows_of(q, link)).real for link in draw.links]
         self.first = np.cumsum([0, *map(len, joints)])
         self.joints = np.concatenate(joints)
-        given = np.array([part.velocity for part in draw.parts]).ravel()
-        n = len(given)
-        right = np.concatenate([self.mass * given, np.zeros(len(self.joints))])
+        # Velocities before, as far as joints allow them.
+        part_velocities = np.array([part.velocity for part in draw.parts]).ravel()
+        n = len(part_velocities)
+        right = np.concatenate([self.mass * part_velocities, np.zeros(len(self.joints))])
         self.before = bordered(self.mass, self.joints, right)[:n]
+        # Rows of what becomes active.
         hard = []
         speeds = []
         self.one_way = []
-        for strike in struck.strikes:
+        for strike in impact.strikes:
             rows, targets = rows_of_strike(q, strike)
             hard += rows
             speeds += targets
             self.one_way += [strike.kind == "clutch"] * len(rows)
         self.hard = np.array(hard)
         self.speeds = np.array(speeds)
-        self.rough = [k for k, link in enumerate(draw.links) if link.friction]
-        rows = [sliding_row(q, draw.links[k]) for k in self.rough]
+        # Rows and coefficients of friction.
+        self.rough_links = [k for k, link in enumerate(draw.links) if link.friction]
+        rows = [sliding_row(q, draw.links[k]) for k in self.rough_links]
         self.sliding = np.array(rows).real.reshape(-1, n)
-        mu = np.array([draw.links[k].friction.kinetic for k in self.rough], dtype=float)
-        pins = np.array([draw.links[k].kind == "pin" for k in self.rough], dtype=bool)
+        mu = np.array([draw.links[k].friction.kinetic for k in self.rough_links], dtype=float)
+        pins = np.array([draw.links[k].kind == "pin" for k in self.rough_links], dtype=bool)
         self.mu = np.where(pins, np.sin(np.arctan(mu)), mu)
 
     def normal(self, reactions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the normal impulses and their derivatives by those of the joints."""
-        value = np.zeros(len(self.rough))
-        gradient = np.zeros((len(self.rough), len(reactions)))
-        for row, k in enumerate(self.rough):
+        value = np.zeros(len(self.rough_links))
+        gradient = np.zeros((len(self.rough_links), len(reactions)))
+        for row, k in enumerate(self.rough_links):
             first = self.first[k]
             link = self.draw.links[k]
             count = 1 if link.kind == "slot" else 2
@@ -228,14 +238,14 @@ class Problem:
 
     def solutions(self) -> list[np.ndarray]:
         """Return the velocities after the impact of all solutions."""
-        found: list[np.ndarray] = []
+        velocities: list[np.ndarray] = []
         locks = [(True, False) if one_way else (True,) for one_way in self.one_way]
         for lock in itertools.product(*locks):
-            for modes in itertools.product((0, 1, -1), repeat=len(self.rough)):
+            for modes in itertools.product((0, 1, -1), repeat=len(self.rough_links)):
                 for v in self.of_modes(np.array(lock, dtype=bool), np.array(modes)):
-                    if all(np.abs(v - other).max() > 1e-7 * self.scale for other in found):
-                        found.append(v)
-        return found
+                    if all(np.abs(v - other).max() > 1e-7 * self.scale for other in velocities):
+                        velocities.append(v)
+        return velocities
 
     @property
     def scale(self) -> float:
@@ -289,18 +299,18 @@ class Problem:
         p = x[n:]
         largest = np.abs(p).max(initial=0.0)
         normal, _ = self.normal(p[:joints])
-        held = p[joints + int(lock.sum()) :]
-        if np.any(np.abs(held) > (self.mu * normal)[sticks] + 1e-9 * largest):
+        sticking_impulses = p[joints + int(lock.sum()) :]
+        if np.any(np.abs(sticking_impulses) > (self.mu * normal)[sticks] + 1e-9 * largest):
             return False
-        still = 1e-9 * self.scale
-        if np.any((modes * (self.sliding @ v))[slides] < -still):
+        speed_tolerance = 1e-9 * self.scale
+        if np.any((modes * (self.sliding @ v))[slides] < -speed_tolerance):
             return False
-        of_locked = p[joints : joints + int(lock.sum())]
+        clutch_impulses = p[joints : joints + int(lock.sum())]
         one_way = np.array(self.one_way, dtype=bool)
-        if np.any(of_locked[one_way[lock]] > 1e-9 * largest):  # it may push the first body on
+        if np.any(clutch_impulses[one_way[lock]] > 1e-9 * largest):  # it may push the first body on
             return False
         open_ = one_way & ~lock
-        return not np.any((self.hard[open_] @ v) < -still)
+        return not np.any((self.hard[open_] @ v) < -speed_tolerance)
 
     def energy(self, v: np.ndarray) -> float:
         """Return the kinetic energy [J]."""
@@ -311,50 +321,51 @@ def rows_of_strike(q: np.ndarray, strike: Strike) -> tuple[list[np.ndarray], lis
     """Return the rows of what becomes active, and the speeds that it prescribes."""
     i = strike.first.body
     j = strike.second.body
-    p = placed(q, strike.first)
-    r = placed(q, strike.second)
+    p = point_at(q, strike.first)
+    r = point_at(q, strike.second)
     if strike.kind in ("drive", "clutch"):
         return [spin(q, i, j).real], [strike.number]
     if strike.kind == "gear":
         first = 0.3 * strike.number / (1.0 + strike.number)
-        centres = apart(q, (j, r), (i, p), (0.0, 1.0))  # the line of centres is along X
+        centres = separation_row(q, (j, r), (i, p), (0.0, 1.0))  # the line of centres is along X
         turns = spin(q, i, GROUND, first) + spin(q, j, GROUND, 0.3 - first)
         return [(turns - centres).real], [0.0]
     if strike.kind == "pin":
         axes = (1.0, 0.0), (0.0, 1.0)
-        return [apart(q, (i, p), (j, p), axis).real for axis in axes], [0.0, 0.0]
+        return [separation_row(q, (i, p), (j, p), axis).real for axis in axes], [0.0, 0.0]
     x = (p[0] - r[0]).real
     y = (p[1] - r[1]).real
     d = math.hypot(x, y)
-    return [apart(q, (i, p), (j, r), (x / d, y / d)).real], [0.0]
+    return [separation_row(q, (i, p), (j, r), (x / d, y / d)).real], [0.0]
 
 
 def new_joint(strike: Strike, q: np.ndarray, a, b) -> object:
     """Return the joint with which a motion goes on from the places q."""
     if strike.kind == "distance":
-        apart = np.subtract(placed(q, strike.first), placed(q, strike.second)).real
-        return fb.Distance(a, b, float(np.hypot(*apart)))
+        offset = np.subtract(point_at(q, strike.first), point_at(q, strike.second)).real
+        return fb.Distance(a, b, float(np.hypot(*offset)))
     if strike.kind == "drive":
         angle = float(q[3 * strike.first.body + 2].real)
         return fb.PrescribedRotation(a, lambda t: angle + strike.number * (t - BEFORE))
-    return switched(strike, a, b)
+    return strike_joint(strike, a, b)
 
 
-def model_of(struck: Struck, velocities: np.ndarray, *, kind: str = "switched") -> fb.Mechanism:
+def model_of(impact: Impact, velocities: np.ndarray, *, kind: str = "switched") -> fb.Mechanism:
     """Return the mechanism, with sensors of all velocities and energies.
 
     What becomes active is "switched", a "new" joint, or "none".
     """
-    draw = struck.draw
-    at = PointNames(len(struck.draw.parts))
+    draw = impact.draw
+    at = PointNames(len(impact.draw.parts))
     joints = {f"J{k}": joint(link, at) for k, link in enumerate(draw.links)}
     loads: dict = {"gravity": fb.Gravity()}
     for k, brake in enumerate(draw.brakes):
         loads[f"B{k}"] = fb.contact.Brake(
-            at(brake.first), at(brake.second), friction=brake.friction.made(),
+            at(brake.first), at(brake.second), friction=brake.friction.make_law(),
             radius=brake.radius, force=brake.force(0.0),
         )  # fmt: skip
-    for k, strike in enumerate(struck.strikes):
+    # Add what becomes active.
+    for k, strike in enumerate(impact.strikes):
         a = at(strike.first)
         b = at(strike.second)
         if strike.kind == "clutch":
@@ -363,7 +374,8 @@ def model_of(struck: Struck, velocities: np.ndarray, *, kind: str = "switched") 
             q = np.array([part.place for part in draw.parts], dtype=complex).ravel()
             joints[f"S{k}"] = new_joint(strike, q, a, b)
         elif kind == "switched":
-            joints[f"S{k}"] = fb.contact.Switched(switched(strike, a, b), lambda t: t > -1.0)
+            joints[f"S{k}"] = fb.contact.Switched(strike_joint(strike, a, b), lambda t: t > -1.0)
+    # Add sensors of all motions, work and losses.
     bodies = rigid_bodies(draw.parts, velocities, at)
     model = fb.Mechanism(bodies=bodies, joints=joints, loads=loads)
     sensors: dict = {"T": fb.KineticEnergy()}
@@ -380,7 +392,7 @@ def model_of(struck: Struck, velocities: np.ndarray, *, kind: str = "switched") 
     return replace(model, sensors=sensors)
 
 
-def switched(strike: Strike, a, b) -> object:
+def strike_joint(strike: Strike, a, b) -> object:
     """Return the joint that becomes active."""
     if strike.kind == "distance":
         return fb.Distance(a, b, 1.0)
@@ -392,19 +404,19 @@ def switched(strike: Strike, a, b) -> object:
     return fb.PrescribedRotation(a, lambda t: strike.number * t)
 
 
-def goes_on(struck: Struck) -> tuple[Struck, xr.DataArray]:
+def continue_motion(impact: Impact) -> tuple[Impact, xr.DataArray]:
     """Return the mechanism as it is after a short motion, and that motion."""
-    free = model_of(struck, Problem(struck).before.reshape(-1, 3), kind="none")
-    earlier = fb.simulate(free, duration=BEFORE, step=BEFORE, keep_state=True)
-    end = earlier.isel(time=-1)
+    model = model_of(impact, Problem(impact).before.reshape(-1, 3), kind="none")
+    first_motion = fb.simulate(model, duration=BEFORE, step=BEFORE, keep_state=True)
+    end = first_motion.isel(time=-1)
     parts = []
-    for k, part in enumerate(struck.draw.parts):
+    for k, part in enumerate(impact.draw.parts):
         numbers = [
             float(end.sel(output=n))
             for n in (f"p b{k}_X", f"p b{k}_Y", f"a b{k}", f"v b{k}_X", f"v b{k}_Y", f"w b{k}")
         ]
         parts.append(replace(part, place=tuple(numbers[:3]), velocity=tuple(numbers[3:])))
-    return replace(struck, draw=replace(struck.draw, parts=parts)), earlier
+    return replace(impact, draw=replace(impact.draw, parts=parts)), first_motion
 
 
 def energy_taken(motion: xr.DataArray) -> float:
@@ -414,62 +426,68 @@ def energy_taken(motion: xr.DataArray) -> float:
     return sum(signs[n[:4]] * float(motion.sel(output=n)) for n in names if n[:4] in signs)
 
 
-def judged(seed: int, *, new_joint: bool = False) -> tuple[str, str, str]:
+def judge_impact(seed: int, *, new_joint: bool = False) -> tuple[str, str, str]:
     """Return the family of a mechanism, what became of it, and why.
 
     A motion goes on with a `new_joint`, or else a joint switches.
     """
     rng = np.random.default_rng(seed)
-    struck = FAMILIES[seed % len(FAMILIES)](rng)
-    kind = struck.draw.kind
-    earlier = None
+    impact = FAMILIES[seed % len(FAMILIES)](rng)
+    kind = impact.draw.kind
+    first_motion = None
     if new_joint:
-        if any(strike.kind in ("clutch", "pin") for strike in struck.strikes):
+        if any(strike.kind in ("clutch", "pin") for strike in impact.strikes):
             return kind, "left out", "a new joint must be met"
-        struck, earlier = goes_on(struck)
-    problem = Problem(struck)
+        impact, first_motion = continue_motion(impact)
+    # Find all solutions of the impulse problem.
+    problem = Problem(impact)
     solutions = problem.solutions()
-    expected = {0: "none", 1: "one"}.get(len(solutions), "several")
-    model = model_of(struck, problem.before.reshape(-1, 3), kind="new" if new_joint else "switched")
+    solution_count = {0: "none", 1: "one"}.get(len(solutions), "several")
+    model = model_of(impact, problem.before.reshape(-1, 3), kind="new" if new_joint else "switched")
+    # Simulate, unless the engine refuses.
     try:
         motion = fb.simulate(
-            model, duration=1e-3, step=1e-3, start="assembled" if earlier is None else earlier
+            model,
+            duration=1e-3,
+            step=1e-3,
+            start="assembled" if first_motion is None else first_motion,
         )
     except fb.errors.RunError as error:
-        refused = "refused" if expected != "one" else "refused wrongly"
-        return kind, refused, f"{expected} {error}"
+        outcome = "refused" if solution_count != "one" else "refused wrongly"
+        return kind, outcome, f"{solution_count} {error}"
     lost = motion.attrs["lost_energy"][0] if new_joint else energy_taken(motion.isel(time=0))
     motion = motion.isel(time=0)
     names = [
-        n for k in range(len(struck.draw.parts)) for n in (f"v b{k}_X", f"v b{k}_Y", f"w b{k}")
+        n for k in range(len(impact.draw.parts)) for n in (f"v b{k}_X", f"v b{k}_Y", f"w b{k}")
     ]
+    # Compare velocities and energies.
     v = motion.sel(output=names).values
-    off = min((np.abs(v - s).max() for s in solutions), default=math.inf) / problem.scale
+    speed_error = min((np.abs(v - s).max() for s in solutions), default=math.inf) / problem.scale
     before = problem.energy(problem.before)
     after = float(motion.sel(output="T"))
     balance = abs(before - lost - after) / before
-    text = f"{expected} solution, speeds {off:.1e}, balance {balance:.1e}"
-    right = off < SPEED and balance < ENERGY
+    text = f"{solution_count} solution, speeds {speed_error:.1e}, balance {balance:.1e}"
+    right = speed_error < SPEED and balance < ENERGY
     return kind, "right" if right else "wrong", text
 
 
 def main() -> None:
     """Judge mechanisms of successive seeds and report how many of each family are right."""
-    given = options(
+    arguments = options(
         __doc__,
         MECHANISMS,
         seed=(1, "first of the seeds"),
         new_joint=(0, "1 for motions that go on with a new joint, in place of one that switches"),
     )
     counts: dict[str, Counter] = {}
-    for seed in range(given.seed, given.seed + given.samples):
-        kind, outcome, why = judged(seed, new_joint=bool(given.new_joint))
+    for seed in range(arguments.seed, arguments.seed + arguments.samples):
+        kind, outcome, why = judge_impact(seed, new_joint=bool(arguments.new_joint))
         counts.setdefault(kind, Counter())[outcome] += 1
         if outcome not in ("right", "left out"):
             print(seed, kind, outcome, why, file=sys.stderr, flush=True)
     columns = ["right", "wrong", "refused", "refused wrongly", "left out"]
     rows = [[kind, *(str(of_kind[c]) for c in columns)] for kind, of_kind in counts.items()]
-    report(given.output, "impacts", ["mechanism", *columns], rows,
+    report(arguments.output, "impacts", ["mechanism", *columns], rows,
            {kind: dict(of_kind) for kind, of_kind in counts.items()})  # fmt: skip
 
 

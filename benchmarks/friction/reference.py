@@ -16,11 +16,11 @@ from scipy.integrate import solve_ivp
 
 from benchmarks.friction.draws import Draw
 from benchmarks.friction.rows import (
-    apart,
     meetings,
     normal_force,
-    placed,
+    point_at,
     rows_of,
+    separation_row,
     sliding_row,
     spin,
 )
@@ -75,13 +75,13 @@ class State(NamedTuple):
     Attributes
     ----------
     modes : of all rows of friction, 0 if one sticks, ±1 if it slides, NaN if its contact is open.
-    closed, begun : whether gaps are closed, and the speeds with which they closed.
+    closed, impact_speeds : whether gaps are closed, and the speeds with which they closed.
     over : whether they have been pressed in again since.
     """
 
     modes: np.ndarray
     closed: np.ndarray
-    begun: np.ndarray
+    impact_speeds: np.ndarray
     over: np.ndarray
 
 
@@ -93,22 +93,24 @@ class Reference:
         self.mass = np.array([[p.mass, p.mass, p.inertia] for p in draw.parts]).ravel()
         self.start = np.array([part.place for part in draw.parts], dtype=float).ravel()
         self.first_row = np.cumsum([0] + [len(rows_of(self.start, link)) for link in draw.links])
-        self.rough = [k for k, link in enumerate(draw.links) if link.friction]
+        self.rough_links = [k for k, link in enumerate(draw.links) if link.friction]
         self.gap_touch = [
-            k for k, rough in enumerate(draw.touches) for _ in meetings(self.start, rough.touch)
+            k
+            for k, rough_touch in enumerate(draw.touches)
+            for _ in meetings(self.start, rough_touch.touch)
         ]
         self.laws = [link.friction for link in draw.links if link.friction]
         self.laws += [draw.touches[k].friction for k in self.gap_touch]
         self.laws += [brake.friction for brake in draw.brakes]
-        self.names = [f"J{k}" for k in self.rough] + [f"T{k}" for k in self.gap_touch]
+        self.names = [f"J{k}" for k in self.rough_links] + [f"T{k}" for k in self.gap_touch]
         self.names += [f"B{k}" for k in range(len(draw.brakes))]
-        self.contacts = slice(len(self.rough), len(self.rough) + len(self.gap_touch))
-        self.pins = [k for k, row in enumerate(self.rough) if draw.links[row].kind == "pin"]
+        self.contacts = slice(len(self.rough_links), len(self.rough_links) + len(self.gap_touch))
+        self.pins = [k for k, row in enumerate(self.rough_links) if draw.links[row].kind == "pin"]
         self.static = self.coefficients([law.static for law in self.laws])
         self.kinetic = self.coefficients([law.kinetic for law in self.laws])
         self.damping = [
-            (damping(rough.touch.law[1]), damping_ratio(rough.touch.law[1]))
-            for rough in draw.touches
+            (damping(rough_touch.touch.law[1]), damping_ratio(rough_touch.touch.law[1]))
+            for rough_touch in draw.touches
         ]
         self.evaluations = 0
         self.fastest = 0.0
@@ -134,47 +136,53 @@ class Reference:
 
     def velocities(self) -> np.ndarray:
         """Return the velocities at the start, those of the parts as far as joints allow them."""
-        given = np.array([part.velocity for part in self.draw.parts], dtype=float).ravel()
+        part_velocities = np.array([part.velocity for part in self.draw.parts], dtype=float).ravel()
         J = self.joint_rows(self.start).real
-        forces = np.concatenate([self.mass * given, self.drives(0.0, 1)])
-        return bordered(self.mass, J, forces)[: len(given)]
+        forces = np.concatenate([self.mass * part_velocities, self.drives(0.0, 1)])
+        return bordered(self.mass, J, forces)[: len(part_velocities)]
 
     def gaps(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return all gaps and their rates."""
         n = len(self.mass)
-        of_all = [m for rough in self.draw.touches for m in meetings(y[:n], rough.touch)]
+        of_all = [
+            m for rough_touch in self.draw.touches for m in meetings(y[:n], rough_touch.touch)
+        ]
         gap = np.array([m.gap.real for m in of_all])
         return gap, np.array([m.normal.real @ y[n:] for m in of_all])
 
-    def applied(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    def applied_forces(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return weights and the forces of springs."""
         F = np.zeros(len(self.mass))
         F[1::3] = -GRAVITY * self.mass[1::3]
         for a, b, stiffness, rest in self.draw.springs:
-            p = placed(q, a)
-            r = placed(q, b)
+            p = point_at(q, a)
+            r = point_at(q, b)
             x = (p[0] - r[0]).real
             y = (p[1] - r[1]).real
             d = math.hypot(x, y)
-            F -= stiffness * (d - rest) * apart(q, (a.body, p), (b.body, r), (x / d, y / d)).real
+            F -= (
+                stiffness
+                * (d - rest)
+                * separation_row(q, (a.body, p), (b.body, r), (x / d, y / d)).real
+            )
         return F
 
-    def pressed(self, t: float, q: np.ndarray, v: np.ndarray, state: State):
+    def contact_forces(self, t: float, q: np.ndarray, v: np.ndarray, state: State):
         """Return normal forces that do not depend on reactions, and the forces of contacts."""
         normal = np.zeros(len(self.laws))
         F = np.zeros(len(self.mass))
         k = 0
         J = self.joint_rows(q).real
-        for rough, damps in zip(self.draw.touches, self.damping, strict=True):
-            K, _, exponent = rough.touch.law
-            for meeting in meetings(q, rough.touch):
+        for rough_touch, damps in zip(self.draw.touches, self.damping, strict=True):
+            K, _, exponent = rough_touch.touch.law
+            for meeting in meetings(q, rough_touch.touch):
                 depth = -meeting.gap.real
                 w = meeting.normal.real
                 if state.closed[k] and depth > 0.0:
-                    free = bordered(self.mass, J, np.concatenate([w, np.zeros(len(J))]))
+                    response = bordered(self.mass, J, np.concatenate([w, np.zeros(len(J))]))
                     law = (K, exponent, *damps)
-                    mass = 1.0 / (w @ free[: len(w)])
-                    force = push(depth, -(w @ v), law, state.begun[k], state.over[k], mass)
+                    mass = 1.0 / (w @ response[: len(w)])
+                    force = push(depth, -(w @ v), law, state.impact_speeds[k], state.over[k], mass)
                     normal[self.contacts.start + k] = force
                     F += normal[self.contacts.start + k] * w
                 k += 1
@@ -191,28 +199,28 @@ class Reference:
         q = y[:n] + 1j * STEP * v
         J = self.joint_rows(q)
         W = self.sliding_rows(q)
-        pressed, F = self.pressed(t, q, v, state)
+        fixed_normals, F = self.contact_forces(t, q, v, state)
         speed = W.real @ v
-        bent = W.imag @ v / STEP
+        drift = W.imag @ v / STEP
         sticks = np.flatnonzero(state.modes == 0)
         slides = np.flatnonzero(abs(state.modes) == 1)
         rows = np.concatenate([J.real, W.real[sticks]])
-        # one column of what is given, and one for 1 N of friction of each row that slides
+        # one column of the applied loads, and one for 1 N of friction of each row that slides
         columns = np.zeros((n + len(rows), 1 + len(slides)))
-        columns[:n, 0] = F + self.applied(q, v)
+        columns[:n, 0] = F + self.applied_forces(q, v)
         columns[n : n + len(J), 0] = self.drives(t, 2) - J.imag @ v / STEP
-        columns[n + len(J) :, 0] = -bent[sticks]
+        columns[n + len(J) :, 0] = -drift[sticks]
         columns[:n, 1:] = -W.real[slides].T
         solution = bordered(self.mass, rows, columns)
-        sliding = self.sliding(slides, state.modes, speed)
-        f, normal = self.friction(solution[n : n + len(J)], pressed, slides, *sliding)
+        sliding = self.sliding_coefficients(slides, state.modes, speed)
+        f, normal = self.friction(solution[n : n + len(J)], fixed_normals, slides, *sliding)
         x = solution @ np.concatenate([[1.0], f])
         force = np.zeros(len(self.laws))
         force[slides] = f
         force[sticks] = x[n + len(J) :]
-        return Balance(x[:n], force, self.static * normal, speed, W.real @ x[:n] + bent)
+        return Balance(x[:n], force, self.static * normal, speed, W.real @ x[:n] + drift)
 
-    def sliding(self, slides: np.ndarray, modes: np.ndarray, speed: np.ndarray):
+    def sliding_coefficients(self, slides: np.ndarray, modes: np.ndarray, speed: np.ndarray):
         """Return ±µ and the viscous forces of what slides."""
         fall = np.array([
             law.fall(abs(u)) for law, u in zip(self.laws, speed, strict=True)
@@ -221,14 +229,16 @@ class Reference:
         viscous = np.array([law.viscous for law in self.laws]) * np.abs(speed)
         return (modes * mu)[slides], (modes * viscous)[slides]
 
-    def friction(self, of_joints, pressed, slides, mu, viscous):
+    def friction(self, of_joints, fixed_normals, slides, mu, viscous):
         """Return f = ± µ N + viscous of what slides, by Newton's method, and all N.
 
         The reactions of joints are affine in f: `of_joints` has their values and derivatives.
         """
         f = np.zeros(len(slides))
         for _ in range(50):
-            normal, gradient = self.normal_forces(of_joints[:, 0] + of_joints[:, 1:] @ f, pressed)
+            normal, gradient = self.normal_forces(
+                of_joints[:, 0] + of_joints[:, 1:] @ f, fixed_normals
+            )
             error = f - mu * normal[slides] - viscous
             if np.abs(error).max(initial=0.0) <= 1e-13 * (1.0 + np.abs(f).max(initial=0.0)):
                 return f, normal
@@ -236,11 +246,11 @@ class Reference:
             f = f - np.linalg.solve(change, error)
         raise JammedError
 
-    def normal_forces(self, reactions: np.ndarray, given: np.ndarray):
+    def normal_forces(self, reactions: np.ndarray, fixed_normals: np.ndarray):
         """Return what friction is proportional to, row by row, and its derivative by reactions."""
-        value = given.copy()
-        gradient = np.zeros((len(given), len(reactions)))
-        for row, k in enumerate(self.rough):
+        value = fixed_normals.copy()
+        gradient = np.zeros((len(fixed_normals), len(reactions)))
+        for row, k in enumerate(self.rough_links):
             first = self.first_row[k]
             link = self.draw.links[k]
             count = 1 if link.kind == "slot" else 2
@@ -248,13 +258,18 @@ class Reference:
             value[row], gradient[row, part] = normal_force(link, reactions[part])
         return value, gradient
 
-    def settled(
-        self, t: float, y: np.ndarray, state: State, stopped: np.ndarray, released: np.ndarray
+    def settle_modes(
+        self,
+        t: float,
+        y: np.ndarray,
+        state: State,
+        former_modes: np.ndarray,
+        release_mask: np.ndarray,
     ) -> tuple[State, float]:
         """Return the state after those that stick have been examined, and the smallest margin.
 
-        `stopped` are former modes of rows that have just come to rest, 0 for the others, and
-        `released` those that begin to slide.
+        `former_modes` are those of rows that have just come to rest, 0 for the others, and
+        `release_mask` tells which rows begin to slide.
 
         Raises
         ------
@@ -262,14 +277,14 @@ class Reference:
             If no modes are found with which all is as it should be.
         """
         modes = state.modes.copy()
-        released = released.copy()
+        release_mask = release_mask.copy()
         margin = math.inf
         for _ in range(4 * len(modes) + 1):
-            if not self.independent(y, modes):  # a drive moves on what has come to rest
-                forced = np.flatnonzero((stopped != 0) & (modes == 0))
-                if not len(forced):
+            if not self.is_independent(y, modes):  # a drive moves on what has come to rest
+                forced_rows = np.flatnonzero((former_modes != 0) & (modes == 0))
+                if not len(forced_rows):
                     raise JammedError
-                modes[forced[0]] = -stopped[forced[0]]
+                modes[forced_rows[0]] = -former_modes[forced_rows[0]]
                 continue
             trial = self.balance(t, y, state._replace(modes=modes))
             sticks = modes == 0
@@ -278,9 +293,9 @@ class Reference:
             if ratio.max(initial=0.0) > 1.0 + 1e-9:
                 k = int(np.argmax(ratio))
                 modes[k] = np.sign(trial.force[k])
-                released[k] = True
+                release_mask[k] = True
                 continue
-            if (released & (modes * trial.rate < -1e-9 * (1 + np.abs(trial.rate)))).any():
+            if (release_mask & (modes * trial.rate < -1e-9 * (1 + np.abs(trial.rate)))).any():
                 raise JammedError
             return state._replace(modes=modes), float(margin)
         raise JammedError
@@ -291,44 +306,54 @@ class Reference:
         closed = np.array([self.draw.touches[k].closed for k in self.gap_touch], dtype=bool)
         closed &= gap < 0.0
         speed = self.speeds(y)
-        none = np.zeros(len(self.laws))
+        zeros = np.zeros(len(self.laws))
         modes = np.where(np.abs(speed) < REST, 0.0, np.sign(speed))
         modes[self.contacts] = np.where(closed, modes[self.contacts], np.nan)
         state = State(modes, closed, np.maximum(-rates, LAW["least_speed"]), closed & False)
-        return self.settled(0.0, y, state, none, none > 0)[0]
+        return self.settle_modes(0.0, y, state, zeros, zeros > 0)[0]
 
     def after(
-        self, t: float, y: np.ndarray, state: State, struck: np.ndarray
+        self, t: float, y: np.ndarray, state: State, event_mask: np.ndarray
     ) -> tuple[State, list]:
-        """Return the state after events, given which of `watched` struck, and the events."""
+        """Return the state after events, given which `event_functions` struck, and the events."""
         count = len(state.closed)
-        was = state.modes
+        old_modes = state.modes
         _, rates = self.gaps(y)
-        closing = ~state.closed & struck[:count]
-        opening = state.closed & struck[:count]
-        modes = was.copy()
+        # Contacts that open or close.
+        closing_mask = ~state.closed & event_mask[:count]
+        opening_mask = state.closed & event_mask[:count]
+        modes = old_modes.copy()
         speed = self.speeds(y)
         of_contacts = modes[self.contacts]
-        of_contacts[closing] = np.sign(speed[self.contacts][closing])
-        of_contacts[opening] = np.nan
+        of_contacts[closing_mask] = np.sign(speed[self.contacts][closing_mask])
+        of_contacts[opening_mask] = np.nan
         modes[self.contacts] = of_contacts
-        rough = struck[count : count + len(self.names)]
-        stopped = np.where(rough & (np.abs(was) == 1) & ~np.isnan(modes), was, 0.0)
-        modes[stopped != 0] = 0.0
-        released = rough & (was == 0) & ~np.isnan(modes)
-        if released.any():
-            modes[released] = np.sign(self.balance(t, y, state).force[released])
-        begun = np.where(closing, np.maximum(-rates, LAW["least_speed"]), state.begun)
-        closed = (state.closed | closing) & ~opening
-        over = (state.over | struck[count + len(self.names) :]) & closed & ~closing
-        state, margin = self.settled(t, y, State(modes, closed, begun, over), stopped, released)
+        # Rows that come to rest or begin to slide.
+        friction_events = event_mask[count : count + len(self.names)]
+        former_modes = np.where(
+            friction_events & (np.abs(old_modes) == 1) & ~np.isnan(modes), old_modes, 0.0
+        )
+        modes[former_modes != 0] = 0.0
+        release_mask = friction_events & (old_modes == 0) & ~np.isnan(modes)
+        if release_mask.any():
+            modes[release_mask] = np.sign(self.balance(t, y, state).force[release_mask])
+        impact_speeds = np.where(
+            closing_mask, np.maximum(-rates, LAW["least_speed"]), state.impact_speeds
+        )
+        closed = (state.closed | closing_mask) & ~opening_mask
+        over = (state.over | event_mask[count + len(self.names) :]) & closed & ~closing_mask
+        state, margin = self.settle_modes(
+            t, y, State(modes, closed, impact_speeds, over), former_modes, release_mask
+        )
         self.fastest = max(self.fastest, float(np.abs(rates).max(initial=0.0)))
         names = self.names[self.contacts]
+        # Name the events.
         events = [
-            Event(t, names[k], "closes", -rates[k] / self.fastest) for k in np.flatnonzero(closing)
+            Event(t, names[k], "closes", -rates[k] / self.fastest)
+            for k in np.flatnonzero(closing_mask)
         ]
-        events += [Event(t, names[k], "opens", 1.0) for k in np.flatnonzero(opening)]
-        for name, old, new in zip(self.names, was, state.modes, strict=True):
+        events += [Event(t, names[k], "opens", 1.0) for k in np.flatnonzero(opening_mask)]
+        for name, old, new in zip(self.names, old_modes, state.modes, strict=True):
             if old != new and not np.isnan([old, new]).any():
                 what = "sticks" if new == 0 else "slides" if old == 0 else "turns"
                 events.append(Event(t, name, what, margin))
@@ -348,35 +373,37 @@ class Reference:
         self.fastest = 0.0
         n, t = len(self.mass), float(times[0])
         y = np.concatenate([self.start, self.velocities()])
-        state, kept = self.begin(y), Motion.empty(times, n, self.names)
+        state, result = self.begin(y), Motion.empty(times, n, self.names)
         longest = LONGEST if self.draw.touches else 5 * LONGEST
-        while t < times[-1] and len(kept.counted) <= EVENTS:
+        while t < times[-1] and len(result.counted_events) <= EVENTS:
 
             def derivative(t, y, state=state):
                 return np.concatenate([y[n:], self.balance(t, y, state).acceleration])
 
             part = solve_ivp(
                 derivative, (t, times[-1]), y, "DOP853", rtol=rtol, atol=0.01 * rtol,
-                max_step=longest, events=self.watched(y, state), dense_output=True,
+                max_step=longest, events=self.event_functions(y, state), dense_output=True,
             )  # fmt: skip
             for m in np.flatnonzero((times >= t) & (times <= part.t[-1])):
                 at_time = part.sol(times[m])
-                solved = self.balance(times[m], at_time, state)
-                kept.places[m] = at_time[:n]
-                kept.modes[m] = state.modes
-                kept.force[m] = solved.force
-                kept.speed[m] = solved.speed
+                balance = self.balance(times[m], at_time, state)
+                result.places[m] = at_time[:n]
+                result.modes[m] = state.modes
+                result.force[m] = balance.force
+                result.speed[m] = balance.speed
             y, t = part.y[:, -1], float(part.t[-1])
-            struck = np.array([len(moments) > 0 for moments in part.t_events])
-            if struck.any():
-                state, events = self.after(t, y, state, struck)
-                kept.events += events
-        return kept
+            event_mask = np.array([len(moments) > 0 for moments in part.t_events])
+            if event_mask.any():
+                state, events = self.after(t, y, state, event_mask)
+                result.events += events
+        return result
 
     def sliding_rows(self, q: np.ndarray) -> np.ndarray:
         """Return w of all sliding speeds."""
-        rows = [sliding_row(q, self.draw.links[k]) for k in self.rough]
-        rows += [m.sliding for rough in self.draw.touches for m in meetings(q, rough.touch)]
+        rows = [sliding_row(q, self.draw.links[k]) for k in self.rough_links]
+        rows += [
+            m.sliding for rough_touch in self.draw.touches for m in meetings(q, rough_touch.touch)
+        ]
         rows += [spin(q, b.first.body, b.second.body, b.radius) for b in self.draw.brakes]
         return np.array(rows, dtype=complex).reshape(-1, len(q))
 
@@ -385,20 +412,20 @@ class Reference:
         n = len(self.mass)
         return self.sliding_rows(y[:n]).real @ y[n:]
 
-    def independent(self, y: np.ndarray, modes: np.ndarray) -> bool:
+    def is_independent(self, y: np.ndarray, modes: np.ndarray) -> bool:
         """Return whether the rows of joints and of what sticks are independent."""
         q = y[: len(self.mass)]
         rows = np.concatenate([self.joint_rows(q).real, self.sliding_rows(q).real[modes == 0]])
         sizes = np.linalg.svd(rows / np.sqrt(self.mass), compute_uv=False)
         return len(rows) <= len(q) and bool((sizes > 1e-9 * sizes.max(initial=0.0)).all())
 
-    def watched(self, y: np.ndarray, state: State) -> list:
+    def event_functions(self, y: np.ndarray, state: State) -> list:
         """Return the functions whose zeros are events: of gaps, then of rows of friction."""
         functions = []
         for k, (gap, closed) in enumerate(zip(self.gaps(y)[0], state.closed, strict=True)):
-            sign, raised = (-1.0, 0.0) if closed else (1.0, max(0.0, ZERO - gap))
+            sign, offset = (-1.0, 0.0) if closed else (1.0, max(0.0, ZERO - gap))
             functions.append(
-                lambda _, y, k=k, sign=sign, raised=raised: sign * (raised + self.gaps(y)[0][k])
+                lambda _, y, k=k, sign=sign, offset=offset: sign * (offset + self.gaps(y)[0][k])
             )
         for k, mode in enumerate(state.modes):
             if np.isnan(mode):
@@ -417,8 +444,8 @@ class Reference:
 
     def reserve(self, t: float, y: np.ndarray, state: State, k: int) -> float:
         """Return how much more a row that sticks can hold."""
-        solved = self.balance(t, y, state)
-        return solved.limit[k] - abs(solved.force[k])
+        balance = self.balance(t, y, state)
+        return balance.limit[k] - abs(balance.force[k])
 
 
 @dataclass
@@ -440,7 +467,7 @@ class Motion:
         return cls(times, np.full((len(times), n), np.nan), *rows, names)
 
     @property
-    def counted(self) -> list[Event]:
+    def counted_events(self) -> list[Event]:
         """The events, without contacts that open."""
         return [event for event in self.events if event.what != "opens"]
 

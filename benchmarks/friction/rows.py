@@ -16,7 +16,7 @@ from benchmarks.friction.draws import Link
 from benchmarks.numerics.contact_draws import GROUND, Place, Touch
 
 
-def placed(q: np.ndarray, place: Place):
+def point_at(q: np.ndarray, place: Place):
     """Return a point."""
     if place.body == GROUND:
         return place.x, place.y
@@ -26,7 +26,7 @@ def placed(q: np.ndarray, place: Place):
     return x + c * place.x - s * place.y, y + s * place.x + c * place.y
 
 
-def turned(q: np.ndarray, body: int, axis: tuple[float, float]):
+def rotated_axes(q: np.ndarray, body: int, axis: tuple[float, float]):
     """Return a direction that is given in the axes of a body, and the one to its left."""
     x, y = np.array(axis) / np.hypot(*axis)
     angle = 0.0 if body == GROUND else q[3 * body + 2]
@@ -36,7 +36,7 @@ def turned(q: np.ndarray, body: int, axis: tuple[float, float]):
     return t, (-t[1], t[0])
 
 
-def apart(q: np.ndarray, first: tuple, second: tuple, n: tuple) -> np.ndarray:
+def separation_row(q: np.ndarray, first: tuple, second: tuple, n: tuple) -> np.ndarray:
     """Return w of n · (v₁ − v₂) = w · v, for two points (body, (X, Y)) that bodies carry along."""
     row = np.zeros(len(q), dtype=complex)
     for (body, (x, y)), sign in ((first, 1.0), (second, -1.0)):
@@ -60,14 +60,14 @@ def rows_of(q: np.ndarray, link: Link) -> list[np.ndarray]:
     """Return the rows of a joint."""
     i = link.first.body
     j = link.second.body
-    p = placed(q, link.first)
-    t, n = turned(q, j, link.axis)
+    p = point_at(q, link.first)
+    t, n = rotated_axes(q, j, link.axis)
     if link.kind == "pin":
-        r = placed(q, link.second)
-        return [apart(q, (i, p), (j, r), axis) for axis in ((1.0, 0.0), (0.0, 1.0))]
+        r = point_at(q, link.second)
+        return [separation_row(q, (i, p), (j, r), axis) for axis in ((1.0, 0.0), (0.0, 1.0))]
     if link.kind == "motor":
         return [spin(q, i, GROUND)]
-    across = apart(q, (i, p), (j, p), t if link.kind == "travel" else n)
+    across = separation_row(q, (i, p), (j, p), t if link.kind == "travel" else n)
     return [across, spin(q, i, j)] if link.kind == "guide" else [across]
 
 
@@ -77,8 +77,8 @@ def sliding_row(q: np.ndarray, link: Link) -> np.ndarray:
     j = link.second.body
     if link.kind == "pin":
         return spin(q, i, j, link.length)
-    p = placed(q, link.first)
-    return apart(q, (i, p), (j, p), turned(q, j, link.axis)[0])
+    p = point_at(q, link.first)
+    return separation_row(q, (i, p), (j, p), rotated_axes(q, j, link.axis)[0])
 
 
 def normal_force(link: Link, reactions: np.ndarray) -> tuple[float, np.ndarray]:
@@ -108,17 +108,17 @@ class Meeting(NamedTuple):
 def meetings(q: np.ndarray, touch: Touch) -> list[Meeting]:
     """Return the gaps of a contact."""
     kind, a, b, numbers, _ = touch
-    (cx, cy), other = placed(q, a), placed(q, b)
+    (cx, cy), other = point_at(q, a), point_at(q, b)
     x = cx - other[0]
     y = cy - other[1]
     of_walls = []  # gap, normal and radius
     if kind == "line":
         radius, angle = numbers
-        n, _ = turned(q, b.body, (math.cos(angle), math.sin(angle)))
+        n, _ = rotated_axes(q, b.body, (math.cos(angle), math.sin(angle)))
         of_walls = [(n[0] * x + n[1] * y - radius, n, radius)]
     elif kind == "stop":
         for side, height in ((1.0, numbers[0]), (-1.0, -numbers[1])):
-            n, _ = turned(q, b.body, (side, 0.0))
+            n, _ = rotated_axes(q, b.body, (side, 0.0))
             of_walls.append((n[0] * x + n[1] * y - height, n, 0.0))
     else:
         d = cmath.sqrt(x * x + y * y)
@@ -130,8 +130,8 @@ def meetings(q: np.ndarray, touch: Touch) -> list[Meeting]:
     for gap, n, radius in of_walls:
         p = cx - radius * n[0], cy - radius * n[1]
         r = p[0] - gap * n[0], p[1] - gap * n[1]
-        normal = apart(q, (a.body, p), (b.body, r), n)
+        normal = separation_row(q, (a.body, p), (b.body, r), n)
         # friction acts on both at the same point, without a couple by the depth
-        sliding = apart(q, (a.body, p), (b.body, p), (-n[1], n[0]))
+        sliding = separation_row(q, (a.body, p), (b.body, p), (-n[1], n[0]))
         of_touch.append(Meeting(gap, normal, sliding))
     return of_touch

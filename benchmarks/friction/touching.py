@@ -32,7 +32,7 @@ POINTS = 400
 """Times at which motions are compared."""
 
 
-class Placed(NamedTuple):
+class TouchingBody(NamedTuple):
     """A body that may be placed at a height above what it touches."""
 
     kind: str
@@ -42,7 +42,7 @@ class Placed(NamedTuple):
     at: Callable[[float], fb.Mechanism]
 
 
-def drawn(rng: np.random.Generator) -> tuple[contact.KeepsRestitution, float | None]:
+def draw_law(rng: np.random.Generator) -> tuple[contact.KeepsRestitution, float | None]:
     """Return the normal law and the coefficient of friction of a body."""
     law = contact.KeepsRestitution(
         stiffness=10 ** rng.uniform(5.0, 9.0),
@@ -52,9 +52,9 @@ def drawn(rng: np.random.Generator) -> tuple[contact.KeepsRestitution, float | N
     return law, rng.choice([None, rng.uniform(0.05, 0.9)])
 
 
-def wheel(rng: np.random.Generator) -> Placed:
+def wheel(rng: np.random.Generator) -> TouchingBody:
     """Return a wheel of 1 kg that gravity and a moment roll along a floor."""
-    (law, mu), radius, g = drawn(rng), 10 ** rng.uniform(-2.0, 0.0), rng.normal()
+    (law, mu), radius, g = draw_law(rng), 10 ** rng.uniform(-2.0, 0.0), rng.normal()
     moment = 0.1 * rng.normal() * radius
 
     def at(height: float) -> fb.Mechanism:
@@ -65,12 +65,12 @@ def wheel(rng: np.random.Generator) -> Placed:
             (0.0, radius + height), 0.4 * radius**2, {"floor": touching}, fb.Gravity(x=g), moment
         )
 
-    return Placed("wheel", radius, law.restitution, ("floor",), at)
+    return TouchingBody("wheel", radius, law.restitution, ("floor",), at)
 
 
-def box(rng: np.random.Generator) -> Placed:
+def box(rng: np.random.Generator) -> TouchingBody:
     """Return a box of 1 kg on two corners, with a load along the floor."""
-    (law, mu), width, g = drawn(rng), 10 ** rng.uniform(-1.5, 0.0), rng.normal()
+    (law, mu), width, g = draw_law(rng), 10 ** rng.uniform(-1.5, 0.0), rng.normal()
     tall = width * rng.uniform(0.2, 1.0)
     corners = {"left": (-0.5 * width, -0.5 * tall), "right": (0.5 * width, -0.5 * tall)}
 
@@ -84,12 +84,12 @@ def box(rng: np.random.Generator) -> Placed:
             (0.0, 0.5 * tall + height), inertia, touching, fb.Gravity(x=g), points=corners
         )
 
-    return Placed("box", width, law.restitution, ("left", "right"), at)
+    return TouchingBody("box", width, law.restitution, ("left", "right"), at)
 
 
-def disc(rng: np.random.Generator) -> Placed:
+def disc(rng: np.random.Generator) -> TouchingBody:
     """Return a disc of 1 kg in the corner of a floor and a wall."""
-    (law, mu), radius = drawn(rng), 10 ** rng.uniform(-2.0, 0.0)
+    (law, mu), radius = draw_law(rng), 10 ** rng.uniform(-2.0, 0.0)
 
     def at(height: float) -> fb.Mechanism:
         floor = contact.CircleOnLine(radius=radius)
@@ -101,19 +101,19 @@ def disc(rng: np.random.Generator) -> Placed:
         place = radius + height
         return mechanism((place, place), 0.5 * radius**2, touching, fb.Gravity(x=-1.0), 0.1)
 
-    return Placed("disc", radius, law.restitution, ("floor", "wall"), at)
+    return TouchingBody("disc", radius, law.restitution, ("floor", "wall"), at)
 
 
-def pin(rng: np.random.Generator) -> Placed:
+def pin(rng: np.random.Generator) -> TouchingBody:
     """Return a body of 1 kg on a pin that rests at the rim of its hole."""
-    (law, mu), clearance = drawn(rng), 10 ** rng.uniform(-4.0, -2.5)
+    (law, mu), clearance = draw_law(rng), 10 ** rng.uniform(-4.0, -2.5)
     radius = {} if mu is None else {"radius": 0.02, "friction": mu}
 
     def at(height: float) -> fb.Mechanism:
         hole = fb.Revolute("b", (0.0, 0.0), clearance=clearance, law=law, **radius)
         return mechanism((0.0, height - clearance), 0.01, {}, fb.Gravity(), 0.05, {"pin": hole})
 
-    return Placed("pin", 0.3, law.restitution, ("pin",), at)
+    return TouchingBody("pin", 0.3, law.restitution, ("pin",), at)
 
 
 FAMILIES = (wheel, box, disc, pin)
@@ -143,18 +143,20 @@ def mechanism(
     )
 
 
-def judged(seed: int) -> tuple[str, str, str]:
+def judge_body(seed: int) -> tuple[str, str, str]:
     """Return the family of a body, what became of it, and by how much it differs."""
     rng = np.random.default_rng(seed)
     body = FAMILIES[seed % len(FAMILIES)](rng)
-    apart = rng.choice([0.0, 1e-12, -1e-12, 9e-10, -9e-10]) * body.size
+    gap = rng.choice([0.0, 1e-12, -1e-12, 9e-10, -9e-10]) * body.size
     step = rng.choice([1e-3, 1e-2, 0.1])
+    # Simulate the body in touch, then its fall.
     try:
-        fb.simulate(body.at(apart), duration=DURATION, step=step)
-        touching = fb.simulate(body.at(apart), duration=DURATION, step=DURATION / POINTS)
+        fb.simulate(body.at(gap), duration=DURATION, step=step)
+        touching = fb.simulate(body.at(gap), duration=DURATION, step=DURATION / POINTS)
     except fb.errors.RunError as error:
         return body.kind, "refused", str(error)
     falling = fb.simulate(body.at(FALL * body.size), duration=DURATION, step=DURATION / POINTS)
+    # Leave out the times after contacts close again.
     times = touching["time"].values
     fall = np.sqrt(2.0 * FALL * body.size / 1.0)
     rebounds = fall * (1.0 + 2.0 * body.restitution / (1.0 - body.restitution))
@@ -163,31 +165,32 @@ def judged(seed: int) -> tuple[str, str, str]:
         closings = [motion.sel(output=f"{name}_number").values for name in body.contacts]
         later = sum(c - c[np.searchsorted(times, min(rebounds, times[-1]))] for c in closings)
         number = np.maximum(number, later)
-    compared = number < 1.0
-    compared &= times >= 0.5 * times[compared][-1]
-    start, here, there = (
-        m.sel(output=["p_X", "p_Y"]).values[:, chosen].mean(axis=1)
-        for m, chosen in ((touching, [0]), (touching, compared), (falling, compared))
+    time_mask = number < 1.0
+    time_mask &= times >= 0.5 * times[time_mask][-1]
+    # Compare mean places.
+    start, touching_mean, falling_mean = (
+        m.sel(output=["p_X", "p_Y"]).values[:, rows].mean(axis=1)
+        for m, rows in ((touching, [0]), (touching, time_mask), (falling, time_mask))
     )
-    travel = np.abs(here - start).max()
-    off = np.abs(here - there).max()
-    allowed = TRAVEL * travel + 10.0 * FALL * body.size
-    text = f"off by {off:.1e} m of {travel:.1e} m, {compared.mean():.0%} of the time"
-    return body.kind, "right" if off <= allowed else "different", text
+    travel = np.abs(touching_mean - start).max()
+    difference = np.abs(touching_mean - falling_mean).max()
+    tolerance = TRAVEL * travel + 10.0 * FALL * body.size
+    text = f"off by {difference:.1e} m of {travel:.1e} m, {time_mask.mean():.0%} of the time"
+    return body.kind, "right" if difference <= tolerance else "different", text
 
 
 def main() -> None:
     """Judge bodies of successive seeds and report how many of each family are right."""
-    given = options(__doc__, MECHANISMS, seed=(1, "first of the seeds"))
+    arguments = options(__doc__, MECHANISMS, seed=(1, "first of the seeds"))
     counts: dict[str, Counter] = {}
-    for seed in range(given.seed, given.seed + given.samples):
-        kind, outcome, why = judged(seed)
+    for seed in range(arguments.seed, arguments.seed + arguments.samples):
+        kind, outcome, why = judge_body(seed)
         counts.setdefault(kind, Counter())[outcome] += 1
         if outcome != "right":
             print(seed, kind, outcome, why, file=sys.stderr, flush=True)
     columns = ["right", "different", "refused"]
     rows = [[kind, *(str(of_kind[c]) for c in columns)] for kind, of_kind in counts.items()]
-    report(given.output, "touching", ["body", *columns], rows,
+    report(arguments.output, "touching", ["body", *columns], rows,
            {kind: dict(of_kind) for kind, of_kind in counts.items()})  # fmt: skip
 
 

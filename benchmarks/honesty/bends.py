@@ -18,7 +18,7 @@ from scipy.stats import norm, weibull_min
 import flexband as fb
 from benchmarks.honesty.draws import Random
 from benchmarks.honesty.problems import Bands, Case
-from benchmarks.honesty.references import Interpolated, bands, chebyshev_nodes, rule
+from benchmarks.honesty.references import InterpolatedMoments, bands, chebyshev_nodes, rule
 
 TAU = 2 * np.pi
 POINTS = 1201
@@ -34,7 +34,7 @@ Function = Callable[[np.ndarray], np.ndarray]
 class Variable:
     """A random input: its distribution, and its value at values of a standard normal variable."""
 
-    given: fb.Input
+    distribution: fb.Input
     of_normal: Function
 
 
@@ -110,15 +110,15 @@ class Anharmonic:
         y, weights = rule("uniform", min(points // 3, 400))
         weights = weights * (1 - y**2) ** 3
         weights /= weights.sum()
-        folded = (35 * y - 35 * y**3 + 21 * y**5 - 5 * y**7) / 16
-        x = self.amplitude.of_normal(ndtri(np.clip(0.5 * (1 + folded), 0.0, 1.0)))
-        found = []
-        for one in e:
-            clock = TAU * self.periods * (1 + self.detuning * one) * tau
+        cumulative = (35 * y - 35 * y**3 + 21 * y**5 - 5 * y**7) / 16
+        x = self.amplitude.of_normal(ndtri(np.clip(0.5 * (1 + cumulative), 0.0, 1.0)))
+        moment_pairs = []
+        for node in e:
+            clock = TAU * self.periods * (1 + self.detuning * node) * tau
             F = self.motion(x[:, None], clock)
             mean = weights @ F
-            found.append((mean, weights @ (F - mean) ** 2))
-        mean, variance = map(np.stack, zip(*found, strict=True))
+            moment_pairs.append((mean, weights @ (F - mean) ** 2))
+        mean, variance = map(np.stack, zip(*moment_pairs, strict=True))
         return mean, variance
 
 
@@ -129,12 +129,12 @@ def pendulum(a: np.ndarray, clock: np.ndarray) -> np.ndarray:
     return 2 * np.arcsin(k * ellipj(clock + ellipk(m), m)[0])
 
 
-def duffing(stiffening: float) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+def duffing(cubic_stiffness: float) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
     """Return the motion of ẍ + x + b x³ = 0; of negative b for a² |b| below 1."""
 
     def motion(a: np.ndarray, clock: np.ndarray) -> np.ndarray:
-        b = stiffening * a**2
-        if stiffening > 0:
+        b = cubic_stiffness * a**2
+        if cubic_stiffness > 0:
             return a * ellipj(np.sqrt(1 + b) * clock, 0.5 * b / (1 + b))[1]
         m = -0.5 * b / (1 + 0.5 * b)
         return a * ellipj(np.sqrt(1 + 0.5 * b) * clock + ellipk(m), m)[0]
@@ -142,33 +142,33 @@ def duffing(stiffening: float) -> Callable[[np.ndarray, np.ndarray], np.ndarray]
     return motion
 
 
-def normal(r: Random) -> Variable:
+def normal_input(r: Random) -> Variable:
     """Draw a normal input."""
     mean, std = r.choice([0.0, 10 ** r.uniform(-1, 2)]), 10 ** r.uniform(-1, 1)
     return Variable(fb.Normal(mean, std), lambda z: mean + std * z)
 
 
-def positive(r: Random) -> Variable:
+def positive_input(r: Random) -> Variable:
     """Draw a log-normal input or one with Weibull's distribution, of mean 1."""
     cv = r.uniform(0.05, 0.5)
     if r.random() < 0.5:
         s = np.sqrt(np.log1p(cv**2))
         return Variable(fb.LogNormal(1.0, cv=cv), lambda z: np.exp(s * z - s * s / 2))
-    given = fb.Weibull(mean=1.0, cv=cv)
-    law = weibull_min(given.shape, scale=given.scale)
+    distribution = fb.Weibull(mean=1.0, cv=cv)
+    law = weibull_min(distribution.shape, scale=distribution.scale)
 
     def of_normal(z: np.ndarray) -> np.ndarray:
         return np.where(z > 0, law.isf(norm.sf(z)), law.ppf(norm.cdf(z)))
 
-    return Variable(given, of_normal)
+    return Variable(distribution, of_normal)
 
 
-def truncated(r: Random, most: float) -> Variable:
-    """Draw a normal amplitude that is cut on both sides, below `most`."""
-    mean = most * r.uniform(0.25, 0.7)
+def truncated_input(r: Random, limit: float) -> Variable:
+    """Draw a normal amplitude that is cut on both sides, below `limit`."""
+    mean = limit * r.uniform(0.25, 0.7)
     std = mean * r.uniform(0.05, 0.3)
     lower = max(mean - 3 * std, 0.05 * mean)
-    upper = min(mean + 3 * std, 0.97 * most)
+    upper = min(mean + 3 * std, 0.97 * limit)
     ends = ndtr(np.array([lower - mean, upper - mean]) / std)
 
     def of_normal(z: np.ndarray) -> np.ndarray:
@@ -177,45 +177,45 @@ def truncated(r: Random, most: float) -> Variable:
     return Variable(fb.TruncatedNormal(mean, std, lower, upper), of_normal)
 
 
-def bent(name: str, seed: int, r: Random) -> Case:
+def bent_phases(name: str, seed: int, r: Random) -> Case:
     """Draw frequencies that are functions of one to three random inputs, which are not linear."""
     count = r.uniform(5.0, 60.0)
     number = int(r.integers(1, 4))
-    most = 10 ** r.uniform(-0.3, 1.0) / (TAU * count * np.sqrt(number))  # rad at the end
+    max_rate = 10 ** r.uniform(-0.3, 1.0) / (TAU * count * np.sqrt(number))  # rad at the end
     variables = []
     turns = []
     sizes = []
     for _ in range(number):
-        variable = normal(r) if r.random() < 0.5 else positive(r)
+        variable = normal_input(r) if r.random() < 0.5 else positive_input(r)
         z = np.linspace(-2.0, 2.0, 81)
         x = variable.of_normal(z)
         middle, spread = x.mean(), x.std()
         form = _forms(r)[r.integers(4)]
         deviation = np.std(form((x - middle) / spread))
-        part = r.choice([-1.0, 1.0]) * most * r.uniform(0.3, 1.0) / deviation
+        part = r.choice([-1.0, 1.0]) * max_rate * r.uniform(0.3, 1.0) / deviation
         variables.append(variable)
         turns.append(lambda v, f=form, a=part, m=middle, s=spread: a * f((v - m) / s))
         slope = r.choice([0.0, 0.0, 0.1, 0.3])
         sizes.append(lambda v, b=slope, m=middle, s=spread: 1 + b * (v - m) / s)
-    shared = variables, turns, sizes, count, r.uniform(0, TAU), _detuning(r, count)
-    return _case(name, seed, Swing(*shared, _times(count)), variables, r)
+    parameters = variables, turns, sizes, count, r.uniform(0, TAU), _detuning(r, count)
+    return _case(name, seed, Swing(*parameters, _times(count)), variables, r)
 
 
-def swinging(name: str, seed: int, r: Random) -> Case:
+def swinging_pendulum(name: str, seed: int, r: Random) -> Case:
     """Draw pendulums of random amplitude, below the upright position."""
     count = r.uniform(5.0, 60.0)
-    amplitude = truncated(r, np.pi)
-    shared = amplitude, pendulum, count, _detuning(r, count), _times(count)
-    return _case(name, seed, Anharmonic(*shared), [amplitude], r)
+    amplitude = truncated_input(r, np.pi)
+    parameters = amplitude, pendulum, count, _detuning(r, count), _times(count)
+    return _case(name, seed, Anharmonic(*parameters), [amplitude], r)
 
 
-def stiffening(name: str, seed: int, r: Random) -> Case:
+def duffing_oscillator(name: str, seed: int, r: Random) -> Case:
     """Draw Duffing's oscillators of random amplitude, of stiffening and of softening springs."""
     count = r.uniform(5.0, 60.0)
     b = r.choice([-1.0, 1.0]) * 10 ** r.uniform(-2, 0)
-    amplitude = truncated(r, 0.9 if b < 0 else 1.5)
-    shared = amplitude, duffing(float(b)), count, _detuning(r, count), _times(count)
-    return _case(name, seed, Anharmonic(*shared), [amplitude], r)
+    amplitude = truncated_input(r, 0.9 if b < 0 else 1.5)
+    parameters = amplitude, duffing(float(b)), count, _detuning(r, count), _times(count)
+    return _case(name, seed, Anharmonic(*parameters), [amplitude], r)
 
 
 def _forms(r: Random) -> list[Function]:
@@ -239,22 +239,22 @@ def _times(count: float) -> int:
 
 
 def _case(
-    name: str, seed: int, of: Swing | Anharmonic, variables: Sequence[Variable], r: Random
+    name: str, seed: int, oscillation: Swing | Anharmonic, variables: Sequence[Variable], r: Random
 ) -> Case:
     """Return the case of an oscillation with an interval input that scales its frequency."""
     duration = 10 ** r.uniform(-2, 1)
     scale = 10 ** r.uniform(-1, 3)
-    labels = {"output": ["q0"], "time": duration * np.linspace(0.0, 1.0, of.times)}
-    inputs = {f"x{k}": variable.given for k, variable in enumerate(variables)}
+    labels = {"output": ["q0"], "time": duration * np.linspace(0.0, 1.0, oscillation.times)}
+    inputs = {f"x{k}": variable.distribution for k, variable in enumerate(variables)}
 
     def response(**values: np.ndarray) -> xr.DataArray:
-        F = of.values([values[f"x{k}"] for k in range(len(variables))], values["e"])
+        F = oscillation.values([values[f"x{k}"] for k in range(len(variables))], values["e"])
         return xr.DataArray(scale * F[:, None], dims=("sample", "output", "time"), coords=labels)
 
     def reference(refine: int = 1) -> Bands:
         nodes = chebyshev_nodes(refine * (NODES - 1) + 1)
-        part = Interpolated(*of.moments(nodes, refine * POINTS))
-        mean, bar = bands([part], of.times, refine)
+        part = InterpolatedMoments(*oscillation.moments(nodes, refine * POINTS))
+        mean, bar = bands([part], oscillation.times, refine)
         return scale * mean[:, None], scale * bar[:, None]
 
     return Case(name, seed, response, inputs | {"e": fb.Interval(-1.0, 1.0)}, reference)

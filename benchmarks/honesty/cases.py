@@ -12,7 +12,7 @@ from benchmarks.honesty import bends, formulas, hidden, ringing
 from benchmarks.honesty import inputs as by_inputs
 from benchmarks.honesty import kinks as kinked
 from benchmarks.honesty.problems import Case, Problem, case
-from benchmarks.honesty.steps import stepped
+from benchmarks.honesty.steps import stepped_problem
 from benchmarks.honesty.studies import KINDS, Kind, study
 
 Family = Callable[[str, int, np.random.Generator], Case]
@@ -29,7 +29,7 @@ PROBLEMS: dict[str, Callable[[np.random.Generator], Problem]] = {
     "kinks": kinked.kinks,
     "smooth": formulas.smooth,
     "rational": formulas.rational,
-    "saturating": formulas.saturating,
+    "saturating": formulas.saturations,
     "alias": formulas.alias,
     "products": formulas.products,
     "pulses": formulas.pulses,
@@ -44,8 +44,8 @@ PROBLEMS: dict[str, Callable[[np.random.Generator], Problem]] = {
 """Families whose cases have sometimes more inputs than variables."""
 
 CHOSEN = {
-    "many": by_inputs.many,
-    "turned": by_inputs.turned,
+    "many": by_inputs.many_inputs,
+    "turned": by_inputs.sums_of_normals,
     "intervals": by_inputs.intervals,
     "randoms": by_inputs.randoms,
     "units": by_inputs.units,
@@ -54,7 +54,7 @@ CHOSEN = {
 
 STEPPED = {
     "stepped ringing": (ringing.ring, ringing.modes, ringing.beats, ringing.resonance),
-    "stepped smooth": (formulas.smooth, formulas.pulses, formulas.saturating, formulas.rational),
+    "stepped smooth": (formulas.smooth, formulas.pulses, formulas.saturations, formulas.rational),
 }
 """Families with a step and a mesh, of these problems."""
 
@@ -62,36 +62,36 @@ MORE_INPUTS = 0.25
 """Share of the cases with more inputs than variables."""
 
 
-def _plain(make: Callable[[np.random.Generator], Problem]) -> Family:
-    def drawn(name: str, seed: int, rng: np.random.Generator) -> Case:
+def _problem_family(make: Callable[[np.random.Generator], Problem]) -> Family:
+    def draw_case(name: str, seed: int, rng: np.random.Generator) -> Case:
         problem = make(rng)
-        more = rng.random() < MORE_INPUTS
-        inputs = len(problem.kinds) + int(rng.integers(1, 5)) if more else 0
+        has_more_inputs = rng.random() < MORE_INPUTS
+        inputs = len(problem.kinds) + int(rng.integers(1, 5)) if has_more_inputs else 0
         return case(name, seed, problem, rng, inputs=inputs)
 
-    return drawn
+    return draw_case
 
 
-def _chosen(make: Callable[[np.random.Generator], tuple[Problem, dict]]) -> Family:
-    def drawn(name: str, seed: int, rng: np.random.Generator) -> Case:
+def _family_with_options(make: Callable[[np.random.Generator], tuple[Problem, dict]]) -> Family:
+    def draw_case(name: str, seed: int, rng: np.random.Generator) -> Case:
         problem, options = make(rng)
         return case(name, seed, problem, rng, **options)
 
-    return drawn
+    return draw_case
 
 
-def _mechanism(kind: Kind) -> Family:
+def _study_family(kind: Kind) -> Family:
     return lambda name, seed, rng: study(name, seed, rng, kind)
 
 
 FAMILIES: dict[str, Family] = {
-    **{name: _plain(make) for name, make in PROBLEMS.items()},
-    **{name: _chosen(make) for name, make in CHOSEN.items()},
-    **{name: partial(stepped, makers) for name, makers in STEPPED.items()},
-    **{name: _mechanism(kind) for name, kind in KINDS.items()},
-    "bent": bends.bent,
-    "swinging": bends.swinging,
-    "stiffening": bends.stiffening,
+    **{name: _problem_family(make) for name, make in PROBLEMS.items()},
+    **{name: _family_with_options(make) for name, make in CHOSEN.items()},
+    **{name: partial(stepped_problem, makers) for name, makers in STEPPED.items()},
+    **{name: _study_family(kind) for name, kind in KINDS.items()},
+    "bent": bends.bent_phases,
+    "swinging": bends.swinging_pendulum,
+    "stiffening": bends.duffing_oscillator,
 }
 
 

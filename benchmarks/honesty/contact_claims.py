@@ -34,7 +34,7 @@ import xarray as xr
 import flexband as fb
 from benchmarks.harness import options, report
 from benchmarks.honesty.contact_mechanisms import FAMILIES
-from benchmarks.honesty.honesty import compared
+from benchmarks.honesty.honesty import comparable_bands
 from benchmarks.honesty.problems import Bands, Case
 from benchmarks.honesty.rates import (
     FACTOR,
@@ -73,16 +73,16 @@ PARTS = 600
 class Reference:
     """True runs on a grid, (interval points, random points, outputs, times), and their weights.
 
-    The same is at `more` times.
+    `fine_runs` are the same at more times.
     """
 
     runs: np.ndarray
-    more: np.ndarray
+    fine_runs: np.ndarray
     weights: np.ndarray
 
-    def bands(self, sigmas: float = 1.0, *, between: bool = False) -> Bands:
+    def bands(self, sigmas: float = 1.0, *, fine: bool = False) -> Bands:
         """Return interval mean and interval error bar, (2, outputs, times) each."""
-        runs = self.more if between else self.runs
+        runs = self.fine_runs if fine else self.runs
         mean = np.einsum("r,erot->eot", self.weights, runs)
         deviation = np.sqrt(np.einsum("r,erot->eot", self.weights, (runs - mean[:, None]) ** 2))
         low = mean - sigmas * deviation
@@ -92,16 +92,21 @@ class Reference:
         )
 
 
-def nodes(n: int, m: int, most: int) -> tuple[int, int] | None:
+def nodes(n: int, m: int, max_runs: int) -> tuple[int, int] | None:
     """Return the largest numbers of points of n random and m interval inputs; None without any."""
-    fitting = [
-        (a, b) for a in RANDOM_NODES for b in INTERVAL_NODES if (a if n else 1) ** n * b**m <= most
+    candidates = [
+        (a, b)
+        for a in RANDOM_NODES
+        for b in INTERVAL_NODES
+        if (a if n else 1) ** n * b**m <= max_runs
     ]
-    return max(fitting, key=lambda both: both[0] ** n * both[1] ** m) if fitting else None
+    return (
+        max(candidates, key=lambda counts: counts[0] ** n * counts[1] ** m) if candidates else None
+    )
 
 
 @dataclass(frozen=True)
-class Drawn:
+class UncertainMechanism:
     """A mechanism with uncertain inputs; `points` are the numbers of points of the reference."""
 
     family: str
@@ -112,6 +117,7 @@ class Drawn:
 
     def references(self) -> tuple[list[Reference], xr.DataArray]:
         """Return the reference, that with every second point in each direction, and the units."""
+        # Values of the inputs on the grid.
         normal = [k for k, v in self.inputs.items() if v.random]
         intervals = [k for k, v in self.inputs.items() if not v.random]
         a, b = self.points
@@ -121,47 +127,53 @@ class Drawn:
         eta = grid(*[y] * len(intervals)) if intervals else np.zeros((1, 0))
         values = {}
         for k, name in enumerate(normal):
-            given = self.inputs[name]
-            values[name] = np.tile(given.mean + given.std * xi[:, k], len(eta))
+            distribution = self.inputs[name]
+            values[name] = np.tile(distribution.mean + distribution.std * xi[:, k], len(eta))
         for k, name in enumerate(intervals):
-            given = self.inputs[name]
-            middle = (given.upper + given.lower) / 2
-            half = (given.upper - given.lower) / 2
+            distribution = self.inputs[name]
+            middle = (distribution.upper + distribution.lower) / 2
+            half = (distribution.upper - distribution.lower) / 2
             values[name] = np.repeat(middle + half * eta[:, k], len(xi))
-        made, more = (response(**values) for response in (self.response, self.finer))
+        # Runs at the output times, and at more.
+        coarse, fine = (response(**values) for response in (self.response, self.fine_response))
         points = (*[b] * len(intervals), *[a] * len(normal))
-        both = []
+        # The reference, and that of every second point.
+        pair = []
         for step in (1, 2):
-            one = np.exp(-0.5 * x[::step] ** 2)
-            weights = grid(*[one / one.sum()] * len(normal)).prod(axis=1) if normal else np.ones(1)
+            density = np.exp(-0.5 * x[::step] ** 2)
+            weights = (
+                grid(*[density / density.sum()] * len(normal)).prod(axis=1)
+                if normal
+                else np.ones(1)
+            )
             runs = [
-                each.values.reshape(*points, *each.shape[1:])[
+                outputs.values.reshape(*points, *outputs.shape[1:])[
                     (slice(None, None, step),) * len(points)
-                ].reshape(-1, len(weights), *each.shape[1:])
-                for each in (made, more)
+                ].reshape(-1, len(weights), *outputs.shape[1:])
+                for outputs in (coarse, fine)
             ]
-            both.append(Reference(*runs, weights))
-        return both, made["unit"].reset_coords(drop=True)
+            pair.append(Reference(*runs, weights))
+        return pair, coarse["unit"].reset_coords(drop=True)
 
     @property
-    def finer(self) -> Any:
+    def fine_response(self) -> Any:
         """The response at more times."""
         return replace(self.response, output_step=self.response.output_step / FINER)
 
     def parts(self, rng: np.random.Generator) -> np.ndarray:
         """Return runs of independent parts with uniform tolerances, at more times than others."""
         values = {
-            name: rng.normal(given.mean, given.std, PARTS)
-            if given.random
-            else rng.uniform(given.lower, given.upper, PARTS)
-            for name, given in self.inputs.items()
+            name: rng.normal(distribution.mean, distribution.std, PARTS)
+            if distribution.random
+            else rng.uniform(distribution.lower, distribution.upper, PARTS)
+            for name, distribution in self.inputs.items()
         }
-        return self.finer(**values).values
+        return self.fine_response(**values).values
 
 
 def draw(
     seed: int, longer: float = 1.0, dimensions: Sequence[tuple[int, int]] = DIMENSIONS
-) -> tuple[Drawn, np.random.Generator]:
+) -> tuple[UncertainMechanism, np.random.Generator]:
     """Return the mechanism of a seed, and what draws its requirements.
 
     Chaotic ones only, with fewer runs of the reference, if they move for a longer time.
@@ -170,36 +182,38 @@ def draw(
     names = [name for name, family in FAMILIES.items() if longer == 1.0 or family.chaotic]
     name = names[seed % len(names)]
     family = FAMILIES[name]
-    most = family.runs if longer == 1.0 else LEAST_RUNS
+    max_runs = family.runs if longer == 1.0 else LEAST_RUNS
     nominal = {
         k: float(np.exp(rng.uniform(*np.log([low, high]))))
         for k, (low, high, _) in family.ranges.items()
     }
-    fitting = [both for both in dimensions if sum(both) <= len(nominal) and nodes(*both, most)]
-    n, m = fitting[rng.integers(len(fitting))]
-    every = list(family.builder(**nominal).sensors)
-    sensors = [str(k) for k in rng.permutation(every)[: rng.integers(1, 3)]]
-    chosen = [str(k) for k in rng.permutation(list(nominal))[: n + m]]
+    candidates = [
+        counts for counts in dimensions if sum(counts) <= len(nominal) and nodes(*counts, max_runs)
+    ]
+    n, m = candidates[rng.integers(len(candidates))]
+    all_sensors = list(family.builder(**nominal).sensors)
+    sensors = [str(k) for k in rng.permutation(all_sensors)[: rng.integers(1, 3)]]
+    parameters = [str(k) for k in rng.permutation(list(nominal))[: n + m]]
     inputs: dict[str, fb.Input] = {}
-    for k, parameter in enumerate(chosen):
+    for k, parameter in enumerate(parameters):
         value = nominal.pop(parameter)
         radius = value * family.ranges[parameter][2] * 10 ** rng.uniform(-1, 0)
         inputs[parameter] = (
             fb.Normal(value, radius / 2) if k < n else fb.Interval(value - radius, value + radius)
         )
     duration = longer * float(np.exp(rng.uniform(*np.log(family.duration))))
-    points = nodes(n, m, most)
+    points = nodes(n, m, max_runs)
     assert points is not None
 
     def builder(**values: np.ndarray) -> fb.Mechanism:
-        made = family.builder(**nominal, **values)
-        return replace(made, sensors={name: made.sensors[name] for name in sensors})
+        model = family.builder(**nominal, **values)
+        return replace(model, sensors={name: model.sensors[name] for name in sensors})
 
     response = fb.dynamic_response(
         builder, duration=duration, step=duration / TIMES, threads=1,
         integrator=fb.GeneralizedAlpha(step_tolerance=1e-6),
     )  # fmt: skip
-    return Drawn(name, seed, response, inputs, points), rng
+    return UncertainMechanism(name, seed, response, inputs, points), rng
 
 
 def varying_outputs(reference: Reference, units: np.ndarray) -> np.ndarray:
@@ -215,34 +229,38 @@ def varying_outputs(reference: Reference, units: np.ndarray) -> np.ndarray:
 
 
 def requirements(
-    drawn: Drawn,
+    mechanism: UncertainMechanism,
     outputs: np.ndarray,
     varying: np.ndarray,
     references: list[Reference],
     rng: np.random.Generator,
 ) -> tuple[list[fb.Requirement], list[list[bool]]]:
     """Return requirements near what outputs reach, and whether each reference has them met."""
-    made = []
+    limits = []
     met = []
     ends = [reference.bands(SIGMAS)[1] for reference in references]
-    between = [reference.bands(SIGMAS, between=True)[1] for reference in references]
+    fine_ends = [reference.bands(SIGMAS, fine=True)[1] for reference in references]
     width = np.ptp(ends[0], axis=0).mean(axis=-1)
-    random = any(given.random for given in drawn.inputs.values())
+    random = any(distribution.random for distribution in mechanism.inputs.values())
+    # Worst cases near the ends of the bands.
     for o in rng.permutation(varying)[:2]:
         side = rng.choice(["below", "above"])
         margin = width[o] * 10 ** rng.uniform(-2, 0)
         margin *= rng.choice([-1.0, 1.0])
-        reached, *of_side = (
+        extreme, *of_side = (
             bar[1, o].max() if side == "below" else -bar[0, o].min()
-            for bar in [ends[0], *between, *(ends if random else [])]
+            for bar in [ends[0], *fine_ends, *(ends if random else [])]
         )
-        bound = reached + margin
-        signed = bound if side == "below" else -bound
-        made.append(fb.Requirement(f"worst {o}", str(outputs[o]), **{str(side): float(signed)}))
+        bound = extreme + margin
+        signed_bound = bound if side == "below" else -bound
+        limits.append(
+            fb.Requirement(f"worst {o}", str(outputs[o]), **{str(side): float(signed_bound)})
+        )
         met.append([bool(value <= bound) for value in of_side])
-    runs = drawn.parts(rng)
+    # Probabilities and shares near those of independent parts.
+    runs = mechanism.parts(rng)
     at_outputs = runs[..., ::FINER]
-    every_random = all(given.random for given in drawn.inputs.values())
+    every_random = all(distribution.random for distribution in mechanism.inputs.values())
     criterion_of = fb.analysis.Probability if every_random else fb.analysis.ShareOfParts
     for o in rng.permutation(varying)[:2]:
         highest = np.sort(at_outputs[:, o].max(axis=-1))
@@ -250,135 +268,156 @@ def requirements(
         bound = highest[round((1 - true) * PARTS)]
         at_most = float(np.clip(true * 2 ** rng.uniform(-2, 2), 0.005, 0.9))
         criterion = criterion_of(at_most)
-        made.append(
+        limits.append(
             fb.Requirement(f"share {o}", str(outputs[o]), below=float(bound), criterion=criterion)
         )
         share = np.mean(runs[:, o].max(axis=-1) > bound)
         error = 2 * np.sqrt(share / PARTS)
         met.append([bool(share + s * error <= at_most) for s in (-1, 1)])
-    return made, met
+    return limits, met
 
 
-def judged(seed: int, method: Any, longer: float) -> dict[str, Any]:
+def judge_mechanism(seed: int, method: Any, longer: float) -> dict[str, Any]:
     """Return what a study claims, and how far that is true; its failure if it fails.
 
     There are no requirements on mechanisms that move for a longer time.
     """
-    drawn, rng = draw(seed, longer)
-    about: dict[str, Any] = {"seed": seed, "family": drawn.family, "inputs": len(drawn.inputs)}
+    mechanism, rng = draw(seed, longer)
+    about: dict[str, Any] = {
+        "seed": seed,
+        "family": mechanism.family,
+        "inputs": len(mechanism.inputs),
+    }
     with warnings.catch_warnings(), TemporaryDirectory() as folder:
         warnings.simplefilter("ignore")
         try:
-            return about | _judged(drawn, rng if longer == 1.0 else None, method, folder)
+            return about | _judge(mechanism, rng if longer == 1.0 else None, method, folder)
         except (fb.errors.InputError, fb.errors.RunError) as error:
             return about | {"failure": f"{type(error).__name__}: {error}"[:200]}
 
 
-def _judged(
-    drawn: Drawn, rng: np.random.Generator | None, method: Any, folder: str
+def _judge(
+    mechanism: UncertainMechanism, rng: np.random.Generator | None, method: Any, folder: str
 ) -> dict[str, Any]:
-    references, units = drawn.references()
+    references, units = mechanism.references()
     varying = varying_outputs(references[0], units.values)
     if not len(varying):
         return {"failure": "no output depends on the inputs"}
+    # Make the study with its requirements.
     limits = list[fb.Requirement]()
     met = list[list[bool]]()
     if rng is not None:
-        limits, met = requirements(drawn, units["output"].values, varying, references, rng)
-    scatter = {k: fb.Uniform(v.lower, v.upper) for k, v in drawn.inputs.items() if not v.random}
-    study = fb.Study(drawn.response, drawn.inputs, method, requirements=limits, scatter=scatter)
-    begun = time.process_time()
+        limits, met = requirements(mechanism, units["output"].values, varying, references, rng)
+    scatter = {k: fb.Uniform(v.lower, v.upper) for k, v in mechanism.inputs.items() if not v.random}
+    study = fb.Study(
+        mechanism.response, mechanism.inputs, method, requirements=limits, scatter=scatter
+    )
+    start_time = time.process_time()
     result = study.run_in(folder)
-    if not any(given.random for given in drawn.inputs.values()):
+    if not any(distribution.random for distribution in mechanism.inputs.values()):
         for store in {path.parent for path in Path(folder).rglob("runs.zarr")}:
-            met = _refuted(limits, met, fb.execution.open_runs(store)["outputs"].dropna("run"))
+            met = _refute(limits, met, fb.execution.open_runs(store)["outputs"].dropna("run"))
     about: dict[str, Any] = {
-        "cpu": time.process_time() - begun,
+        "cpu": time.process_time() - start_time,
         "doubts": [str(doubt.kind) for doubt in result.doubts],
         "sampled": result.parts is not None,
         "unchecked": result.limits_unchecked,
         "verdicts": [
-            {"name": v.name, "verdict": str(v.verdict), "reason": str(v.reason), "met": both}
-            for v, both in zip(result.verdicts, met, strict=False)
+            {"name": v.name, "verdict": str(v.verdict), "reason": str(v.reason), "met": pair}
+            for v, pair in zip(result.verdicts, met, strict=False)
         ],
     }
-    case = Case(drawn.family, drawn.seed, drawn.response, drawn.inputs, lambda _: truths[0])
+    # Compare its bands with the references.
+    case = Case(
+        mechanism.family, mechanism.seed, mechanism.response, mechanism.inputs, lambda _: truths[0]
+    )
     truths = [reference.bands() for reference in references]
-    found = compared(result.bands, case)
-    alike = str(found.attrs.get("same_counts", "")).split(", ")
-    counts = np.array([str(name) in alike for name in found["output"].values])
-    about["counts"] = [_share(references[0], o, found) for o in varying[counts[varying]]]
+    bands = comparable_bands(result.bands, case)
+    alike = str(bands.attrs.get("same_counts", "")).split(", ")
+    counts = np.array([str(name) in alike for name in bands["output"].values])
+    about["counts"] = [_share(references[0], o, bands) for o in varying[counts[varying]]]
     varying = varying[~counts[varying]]
     if len(varying):
-        about["whole"] = [_outcome(drawn, found, varying, truth) for truth in truths]
-    about["outputs"] = [_of_output(drawn, found, int(o), truths, result) for o in varying]
+        about["whole"] = [_outcome(mechanism, bands, varying, truth) for truth in truths]
+    about["outputs"] = [_of_output(mechanism, bands, int(o), truths, result) for o in varying]
     return about
 
 
-def _refuted(
+def _refute(
     limits: list[fb.Requirement], met: list[list[bool]], runs: xr.DataArray
 ) -> list[list[bool]]:
     """Return whether requirements are met; no worst case is that a run within intervals leaves."""
-    left = [limit.corridor(runs).margin(runs.values, runs.values).min() < 0 for limit in limits]
+    violations = [
+        limit.corridor(runs).margin(runs.values, runs.values).min() < 0 for limit in limits
+    ]
     worst = [isinstance(limit.criterion, fb.analysis.WorstCase) for limit in limits]
     return [
-        [False, False] if out and of_worst else both
-        for out, of_worst, both in zip(left, worst, met, strict=True)
+        [False, False] if out and of_worst else pair
+        for out, of_worst, pair in zip(violations, worst, met, strict=True)
     ]
 
 
-def _share(reference: Reference, o: int, found: xr.Dataset) -> dict[str, float]:
+def _share(reference: Reference, o: int, bands: xr.Dataset) -> dict[str, float]:
     """Return the share of parts whose count differs from the bands at any time, and the stated."""
-    count = found["error_bar"].isel(output=o, bound=0).values
-    differ = (np.abs(reference.runs[:, :, o] - count) > 0.5).any(axis=-1)
-    stated = unseen_share(found.attrs["runs_fitted"] + found.attrs["runs_checked"])
-    return {"true": float((differ * reference.weights).sum(axis=1).mean()), "stated": stated}
+    count = bands["error_bar"].isel(output=o, bound=0).values
+    difference_mask = (np.abs(reference.runs[:, :, o] - count) > 0.5).any(axis=-1)
+    expected_share = unseen_share(bands.attrs["runs_fitted"] + bands.attrs["runs_checked"])
+    return {
+        "true": float((difference_mask * reference.weights).sum(axis=1).mean()),
+        "stated": expected_share,
+    }
 
 
 def _of_output(
-    drawn: Drawn, found: xr.Dataset, o: int, truths: list[Bands], result: Any
+    mechanism: UncertainMechanism, bands: xr.Dataset, o: int, truths: list[Bands], result: Any
 ) -> dict[str, Any]:
     """Return what is claimed of an output, and how far that is true, by each reference."""
-    name = str(found["output"].values[o])
+    name = str(bands["output"].values[o])
     about: dict[str, Any] = {"output": name}
-    for key, where in (("trusted", found), ("confirmed", result.verification)):
+    for key, where in (("trusted", bands), ("confirmed", result.verification)):
         if where is not None and key in where:
             about[key] = bool(where[key].sel(output=name))
-    about["whole"] = [_outcome(drawn, found, [o], truth) for truth in truths]
+    about["whole"] = [_outcome(mechanism, bands, [o], truth) for truth in truths]
     if result.parts is not None:
         end = float(result.parts["horizon_low"].sel(output=name))
-        before = int(np.searchsorted(found["time"].values, end))
+        before = int(np.searchsorted(bands["time"].values, end))
         about |= {"horizon": end, "times": before}
         if before > 1:
-            about["before"] = [_outcome(drawn, found, [o], truth, before) for truth in truths]
+            about["before"] = [_outcome(mechanism, bands, [o], truth, before) for truth in truths]
     return about
 
 
 def _outcome(
-    drawn: Drawn, found: xr.Dataset, chosen: Any, truth: Bands, times: int | None = None
+    mechanism: UncertainMechanism,
+    bands: xr.Dataset,
+    outputs: Any,
+    truth: Bands,
+    times: int | None = None,
 ) -> dict[str, Any]:
-    bands = found.isel(output=chosen, time=slice(times))
-    mean, bar = (band[:, chosen, :times] for band in truth)
-    return asdict(outcome(drawn.family, drawn.seed, bands, (mean, bar)))
+    selection = bands.isel(output=outputs, time=slice(times))
+    mean, bar = (band[:, outputs, :times] for band in truth)
+    return asdict(outcome(mechanism.family, mechanism.seed, selection, (mean, bar)))
 
 
-def sure(pair: list[dict[str, Any]], judge: Callable[[Outcome], bool]) -> list[bool]:
+def agreement(pair: list[dict[str, Any]], judge: Callable[[Outcome], bool]) -> list[bool]:
     """Return the judgement of an outcome if both references lead to it, or nothing."""
-    both = {judge(Outcome(**one)) for one in pair}
-    return list(both) if len(both) == 1 else []
+    judgements = {judge(Outcome(**record)) for record in pair}
+    return list(judgements) if len(judgements) == 1 else []
 
 
 def rates(cases: Sequence[dict[str, Any]]) -> list[Rate]:
     """Return the rates that are required."""
-    done = [case for case in cases if "failure" not in case]
-    outputs = [one for case in done for one in case["outputs"]]
-    before = [one["before"] for one in outputs if "before" in one]
-    trusted = [
-        one["whole"] for one in outputs if one.get("trusted", True) and one.get("confirmed", True)
+    successes = [case for case in cases if "failure" not in case]
+    outputs = [record for case in successes for record in case["outputs"]]
+    before = [record["before"] for record in outputs if "before" in record]
+    trusted_outputs = [
+        record["whole"]
+        for record in outputs
+        if record.get("trusted", True) and record.get("confirmed", True)
     ]
-    decided = [
+    false_verdicts = [
         (v["verdict"] == "PASS") != v["met"][0]
-        for case in done
+        for case in successes
         for v in case["verdicts"]
         if v["verdict"] != "UNDECIDED" and len(set(v["met"])) == 1
     ]
@@ -386,43 +425,48 @@ def rates(cases: Sequence[dict[str, Any]]) -> list[Rate]:
     def of(
         name: str, pairs: Iterable[Any], judge: Callable[[Outcome], bool], required: str
     ) -> Rate:
-        return rate(name, [hit for pair in pairs for hit in sure(pair, judge)], required)
+        return rate(name, [hit for pair in pairs for hit in agreement(pair, judge)], required)
 
-    def untrue(one: Outcome) -> bool:
-        return false(one, TOLERANCE)
+    def is_untrue(claim: Outcome) -> bool:
+        return false(claim, TOLERANCE)
 
-    def misleading(one: Outcome) -> bool:
-        return too_small(one) and one.true > TOLERANCE
+    def is_misleading(claim: Outcome) -> bool:
+        return too_small(claim) and claim.true > TOLERANCE
 
-    def kept(one: Outcome) -> bool:
-        return not misleading(one)
+    def holds(claim: Outcome) -> bool:
+        return not is_misleading(claim)
 
     few = f"too small by {FACTOR:g}"
     return [
         of(
             f"studies with claims {few}",
-            [c["whole"] for c in done if "whole" in c],
+            [c["whole"] for c in successes if "whole" in c],
             too_small,
             "at most 1 %",
         ),
-        of(f"outputs with claims {few}", [o["whole"] for o in outputs], misleading, "at most 1 %"),
-        of(f"confirmed outputs with claims {few}", trusted, misleading, "at most 1 %"),
-        of("confirmed outputs, false", trusted, untrue, "at most 1 %"),
+        of(
+            f"outputs with claims {few}",
+            [o["whole"] for o in outputs],
+            is_misleading,
+            "at most 1 %",
+        ),
+        of(f"confirmed outputs with claims {few}", trusted_outputs, is_misleading, "at most 1 %"),
+        of("confirmed outputs, false", trusted_outputs, is_untrue, "at most 1 %"),
         rate(
             "counts alike in all runs, of which more parts differ than stated",
-            [one["true"] > one["stated"] for case in done for one in case["counts"]],
+            [record["true"] > record["stated"] for case in successes for record in case["counts"]],
             "at most 5 %",
         ),
-        rate("verdicts that are false", decided, "at most 1 %"),
-        of("bands before the horizon, right", before, kept, "90 %"),
+        rate("verdicts that are false", false_verdicts, "at most 1 %"),
+        of("bands before the horizon, right", before, holds, "90 %"),
     ]
 
 
 def row(name: str, cases: Sequence[dict[str, Any]]) -> list[str]:
     """Return the line of a family."""
-    done = [case for case in cases if "failure" not in case]
-    verdicts = [v["verdict"] for case in done for v in case["verdicts"]]
-    before = [o["before"][0] for case in done for o in case["outputs"] if "before" in o]
+    successes = [case for case in cases if "failure" not in case]
+    verdicts = [v["verdict"] for case in successes for v in case["verdicts"]]
+    before = [o["before"][0] for case in successes for o in case["outputs"] if "before" in o]
 
     def middle(values: Iterable[float]) -> str:
         numbers = list(values)
@@ -431,19 +475,19 @@ def row(name: str, cases: Sequence[dict[str, Any]]) -> list[str]:
     return [
         name,
         str(len(cases)),
-        str(len(cases) - len(done) or ""),
-        middle(case["whole"][0]["runs"] for case in done if "whole" in case),
-        middle(100 * case["whole"][0]["true"] for case in done if "whole" in case),
-        middle(100 * case["whole"][0]["claim"] for case in done if "whole" in case),
-        str(sum(case["sampled"] for case in done)),
-        middle(100 * one["true"] for one in before),
-        middle(100 * one["claim"] for one in before),
+        str(len(cases) - len(successes) or ""),
+        middle(case["whole"][0]["runs"] for case in successes if "whole" in case),
+        middle(100 * case["whole"][0]["true"] for case in successes if "whole" in case),
+        middle(100 * case["whole"][0]["claim"] for case in successes if "whole" in case),
+        str(sum(case["sampled"] for case in successes)),
+        middle(100 * record["true"] for record in before),
+        middle(100 * record["claim"] for record in before),
         *(str(verdicts.count(verdict)) for verdict in ("PASS", "FAIL", "UNDECIDED")),
-        middle(case["cpu"] for case in done),
+        middle(case["cpu"] for case in successes),
     ]
 
 
-def judged_cases(
+def judge_cases(
     path: str, seeds: Sequence[int], judge: Callable[[int], dict[str, Any]]
 ) -> list[dict[str, Any]]:
     """Return the judged cases of seeds, with a "seed" each; those in a file are not judged again.
@@ -453,13 +497,13 @@ def judged_cases(
     file = Path(path)
     file.parent.mkdir(parents=True, exist_ok=True)
     lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
-    known = {case["seed"]: case for case in map(json.loads, lines)}
+    cases = {case["seed"]: case for case in map(json.loads, lines)}
     for seed in seeds:
-        if seed not in known:
-            known[seed] = judge(seed)
+        if seed not in cases:
+            cases[seed] = judge(seed)
             with file.open("a", encoding="utf-8") as stream:
-                stream.write(json.dumps(known[seed]) + "\n")
-    return [known[seed] for seed in seeds]
+                stream.write(json.dumps(cases[seed]) + "\n")
+    return [cases[seed] for seed in seeds]
 
 
 HEADER = [
@@ -469,16 +513,18 @@ HEADER = [
 
 
 def main() -> None:
-    chosen = options(
+    arguments = options(
         __doc__,
         100,
         seed=(1, "first seed; those of documented tables must not be looked at before"),
         file=("output/contact_claims.jsonl", "one line for each mechanism that was judged"),
         longer=(1.0, "factor of the durations; chaotic mechanisms only, if it is not 1"),
     )
-    seeds = range(chosen.seed, chosen.seed + chosen.samples)
+    seeds = range(arguments.seed, arguments.seed + arguments.samples)
     method = fb.AdaptivePCCI(TOLERANCE, correct=False)
-    cases = judged_cases(chosen.file, seeds, lambda seed: judged(seed, method, chosen.longer))
+    cases = judge_cases(
+        arguments.file, seeds, lambda seed: judge_mechanism(seed, method, arguments.longer)
+    )
     families = {case["family"] for case in cases}
     rows = [
         row(name, [c for c in cases if c["family"] == name])
@@ -486,19 +532,19 @@ def main() -> None:
         if name in families
     ]
     rows.append(row("all", cases))
-    required = rates(cases)
+    required_rates = rates(cases)
     notes = [
         f"seeds {seeds[0]} to {seeds[-1]}, tolerance {100 * TOLERANCE:g} %; errors, runs and CPU "
         "time are medians",
-        *map(str, required),
+        *map(str, required_rates),
         *[f"failed: {c['seed']} {c['failure']}" for c in cases if "failure" in c],
     ]
     report(
-        chosen.output,
+        arguments.output,
         "contact_claims",
         HEADER,
         rows,
-        {"rates": [asdict(r) for r in required]},
+        {"rates": [asdict(r) for r in required_rates]},
         notes,
     )
 

@@ -169,7 +169,7 @@ def door(inertia, rate, opening, damping, restitution):
 
 def stopped_pendulum(upper, lower, weight, friction, angle, left, right, restitution):
     """Return a double pendulum whose end moves between two stops."""
-    free = mechanisms.pendulum(upper, lower, weight, friction, angle)
+    base_model = mechanisms.pendulum(upper, lower, weight, friction, angle)
     x = (upper + lower) * np.sin(angle)
     stop = fb.contact.Stop(
         "weight", ORIGIN, law(1e8, restitution), lower=x - left - right, upper=x + 0.05
@@ -179,7 +179,7 @@ def stopped_pendulum(upper, lower, weight, friction, angle, left, right, restitu
         "upper": fb.Angle("upper"),
         "stop": fb.contact.Contacts("stop", first=0),
     }
-    return replace(free, loads={**free.loads, "stop": stop}, sensors=sensors)
+    return replace(base_model, loads={**base_model.loads, "stop": stop}, sensors=sensors)
 
 
 def ball(mass, radius, hole, x, speed, friction, restitution):

@@ -26,37 +26,48 @@ def order_for(runs: int, variables: int) -> int:
     return max(p for p in orders if 2 * math.comb(variables + p, variables) <= max(runs, 2))
 
 
-def compared(seed: int) -> list[object]:
+def compare_expansions(seed: int) -> list[object]:
     """Return the line of a mechanism; errors are in parts of the width, over all outputs."""
-    drawn, _ = draw(seed)
-    (reference, _), units = drawn.references()
+    mechanism, _ = draw(seed)
+    (reference, _), units = mechanism.references()
     varying = varying_outputs(reference, units.values)
     if not len(varying):
         return []
     mean, bar = (band[:, varying] for band in reference.bands())
-    line: list[object] = [seed, drawn.family]
+    line: list[object] = [seed, mechanism.family]
     adaptive = fb.AdaptivePCCI(TOLERANCE, correct=False)
-    bands = fb.propagate(drawn.response, drawn.inputs, adaptive)
-    order = order_for(bands.attrs["runs_fitted"] + bands.attrs["runs_checked"], len(drawn.inputs))
-    regression = fb.propagate(drawn.response, drawn.inputs, fb.methods.RegressionPCCI(order))
-    for k, made in enumerate((bands, regression)):
-        error = float(errors(made.isel(output=varying), (mean, bar))[0].mean(axis=-1).max())
-        line += [order] * k + [made.attrs["runs"], 100 * error]
+    bands = fb.propagate(mechanism.response, mechanism.inputs, adaptive)
+    order = order_for(
+        bands.attrs["runs_fitted"] + bands.attrs["runs_checked"], len(mechanism.inputs)
+    )
+    regression = fb.propagate(
+        mechanism.response, mechanism.inputs, fb.methods.RegressionPCCI(order)
+    )
+    for k, result in enumerate((bands, regression)):
+        error = float(errors(result.isel(output=varying), (mean, bar))[0].mean(axis=-1).max())
+        line += [order] * k + [result.attrs["runs"], 100 * error]
     return line
 
 
 def main() -> None:
-    chosen = options(__doc__, 28, seed=(1432, "first seed"))
+    arguments = options(__doc__, 28, seed=(1432, "first seed"))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        seeds = range(chosen.seed, chosen.seed + chosen.samples)
-        rows = [line for line in map(compared, seeds) if line]
+        seeds = range(arguments.seed, arguments.seed + arguments.samples)
+        rows = [line for line in map(compare_expansions, seeds) if line]
     ratios = np.array([float(str(row[6])) / float(str(row[3])) for row in rows])
     counts = [(ratios < 1 / 3).sum(), ((ratios >= 1 / 3) & (ratios <= 3)).sum(), (ratios > 3).sum()]
     note = "errors of the regression are less than a third, within 3 times, above 3 times: "
-    shown = [[f"{v:.2g}" if isinstance(v, float) else str(v) for v in row] for row in rows]
+    table_rows = [[f"{v:.2g}" if isinstance(v, float) else str(v) for v in row] for row in rows]
     notes = [note + ", ".join(map(str, counts))]
-    report(chosen.output, "contact_regression", HEADER, shown, {"ratios": ratios.tolist()}, notes)
+    report(
+        arguments.output,
+        "contact_regression",
+        HEADER,
+        table_rows,
+        {"ratios": ratios.tolist()},
+        notes,
+    )
 
 
 if __name__ == "__main__":

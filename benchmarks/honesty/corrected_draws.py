@@ -32,7 +32,7 @@ class CoarseMechanism:
     inputs : by name.
     duration, step : [s]; the step is the output step, and too long.
     elements : given number of elements; None if there are none.
-    free : whether step and elements are left to the method.
+    free_discretization : whether step and elements are left to the method.
     """
 
     builder: Callable[..., fb.Mechanism]
@@ -40,14 +40,18 @@ class CoarseMechanism:
     duration: float
     step: float
     elements: int | None
-    free: bool
+    free_discretization: bool
 
-    def mechanism(self, finer: int = 0, **values) -> fb.Mechanism:
+    def mechanism(self, subdivisions: int = 0, **values) -> fb.Mechanism:
         """Return the mechanism, with elements divided into so many, or left out where free."""
         if self.elements is None:
             return self.builder(**values)
-        given = FIRST_ELEMENTS if self.free else self.elements
-        elements = None if self.free and not finer else given * max(finer, 1)
+        base_elements = FIRST_ELEMENTS if self.free_discretization else self.elements
+        elements = (
+            None
+            if self.free_discretization and not subdivisions
+            else base_elements * max(subdivisions, 1)
+        )
         return self.builder(**values, elements=elements)
 
 
@@ -62,7 +66,7 @@ def _case(
     duration: float,
     steps: int,
     elements: int | None = None,
-    most: int = 3,
+    max_inputs: int = 3,
 ) -> CoarseMechanism:
     """Return a case, in which some of the parameters are uncertain."""
     nominal = {
@@ -70,7 +74,7 @@ def _case(
         for name, (value, spread) in parameters.items()
     }
     inputs: dict[str, object] = {}
-    count = int(rng.integers(1, min(most, len(nominal)) + 1))
+    count = int(rng.integers(1, min(max_inputs, len(nominal)) + 1))
     for name in map(str, rng.permutation(list(nominal))[:count]):
         value = nominal.pop(name)
         radius = parameters[name][1] * 10 ** rng.uniform(-0.7, 0)
@@ -82,13 +86,18 @@ def _case(
         else:
             inputs[name] = fb.Normal(value, value * radius / 2)
     step = float(f"{duration / steps:.3g}")
-    free = bool(rng.random() < FREE)
+    free_discretization = bool(rng.random() < FREE)
     return CoarseMechanism(
-        partial(builder, **nominal), inputs, float(f"{steps * step:.12g}"), step, elements, free
+        partial(builder, **nominal),
+        inputs,
+        float(f"{steps * step:.12g}"),
+        step,
+        elements,
+        free_discretization,
     )
 
 
-def rigid(name: str, rng: np.random.Generator) -> CoarseMechanism:
+def rigid_linkage(name: str, rng: np.random.Generator) -> CoarseMechanism:
     """Return a rigid linkage whose motion is smooth."""
     kind = KINDS[name]
     duration = rng.uniform(*kind.duration)
@@ -111,13 +120,13 @@ def elastic_crank(rng: np.random.Generator, *, field: bool = False) -> CoarseMec
     if field:
         del parameters["modulus"], parameters["link"]
     elements = int(rng.integers(2, 5))
-    drawn = _case(rng, builder, parameters, duration, steps, elements, most=1 if field else 2)
+    case = _case(rng, builder, parameters, duration, steps, elements, max_inputs=1 if field else 2)
     if not field:
-        return drawn
+        return case
     length = rng.uniform(0.3, 1.0)
     of_link = fb.RandomField(modulus, 0.02 * modulus, correlation_length=length, domain=(0.0, 0.45))
-    builder = partial(drawn.builder, link=0.45)
-    return replace(drawn, builder=builder, inputs={**drawn.inputs, "modulus": of_link})
+    builder = partial(case.builder, link=0.45)
+    return replace(case, builder=builder, inputs={**case.inputs, "modulus": of_link})
 
 
 def elastic_four_bar(rng: np.random.Generator) -> CoarseMechanism:
@@ -126,7 +135,7 @@ def elastic_four_bar(rng: np.random.Generator) -> CoarseMechanism:
     duration = rng.uniform(*kind.duration)
     steps = round(duration / kind.step * 2 ** rng.uniform(-0.5, 2.5))
     return _case(
-        rng, kind.builder, kind.parameters, duration, steps, int(rng.integers(2, 5)), most=2
+        rng, kind.builder, kind.parameters, duration, steps, int(rng.integers(2, 5)), max_inputs=2
     )
 
 
@@ -147,10 +156,10 @@ def chain(rng: np.random.Generator) -> CoarseMechanism:
             bodies[f"{k}"] = fb.RigidBody.bar(
                 length=lengths[k], height=0.02, width=0.02, density=density, start=end, angle=angle
             )
-            before = f"{k - 1}.end" if k else end
-            joints[f"j{k}"] = fb.Revolute(f"{k}.start", before)
+            previous_end = f"{k - 1}.end" if k else end
+            joints[f"j{k}"] = fb.Revolute(f"{k}.start", previous_end)
             loads[f"s{k}"] = fb.TorsionSpring(
-                f"{k}", before, stiffness * factors[k], damping=damping
+                f"{k}", previous_end, stiffness * factors[k], damping=damping
             )
             end = (end[0] + lengths[k] * np.cos(angle), end[1] + lengths[k] * np.sin(angle))
         sensors = {"end": fb.Position(f"{count - 1}.end"), "F": fb.Reaction("j0")}
@@ -254,9 +263,9 @@ def stop(rng: np.random.Generator) -> CoarseMechanism:
 
 
 DRAWS: dict[str, Callable[[np.random.Generator], CoarseMechanism]] = {
-    "rigid slider–crank": partial(rigid, "rigid slider–crank"),
-    "rigid four-bar": partial(rigid, "four-bar"),
-    "double pendulum": partial(rigid, "pendulum"),
+    "rigid slider–crank": partial(rigid_linkage, "rigid slider–crank"),
+    "rigid four-bar": partial(rigid_linkage, "four-bar"),
+    "double pendulum": partial(rigid_linkage, "pendulum"),
     "elastic crank": elastic_crank,
     "elastic four-bar": elastic_four_bar,
     "chain": chain,

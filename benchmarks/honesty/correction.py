@@ -51,47 +51,47 @@ NO_WIDTH = 1e-12
 BANDS = ("mean", "error_bar")
 
 
-def solved(drawn: CoarseMechanism, *, correct: bool) -> xr.Dataset:
+def solve(case: CoarseMechanism, *, correct: bool) -> xr.Dataset:
     """Return the bands of a case as the method gives them."""
-    times = {"duration": drawn.duration, "output_step": drawn.step, "threads": 1}
-    step = {} if drawn.free else {"step": drawn.step}
-    response = fb.dynamic_response(drawn.mechanism, **times, **step)
-    return fb.propagate(response, drawn.inputs, fb.AdaptivePCCI(TOLERANCE, correct=correct))
+    times = {"duration": case.duration, "output_step": case.step, "threads": 1}
+    step = {} if case.free_discretization else {"step": case.step}
+    response = fb.dynamic_response(case.mechanism, **times, **step)
+    return fb.propagate(response, case.inputs, fb.AdaptivePCCI(TOLERANCE, correct=correct))
 
 
-def truth(drawn: CoarseMechanism, halved: Sequence[str]) -> xr.Dataset:
+def truth(case: CoarseMechanism, halvings: Sequence[str]) -> xr.Dataset:
     """Return bands of fine steps and elements.
 
     Parameters
     ----------
-    halved : what the method halved.
+    halvings : what the method halved, each time.
     """
     steps, elements = (
-        count * 2 ** halved.count(name)
-        for count, name in zip(FINER[drawn.free], ("step", "elements"), strict=True)
+        count * 2 ** halvings.count(name)
+        for count, name in zip(FINER[case.free_discretization], ("step", "elements"), strict=True)
     )
 
     def fine(**values) -> xr.DataArray:
-        mechanism = drawn.mechanism(elements, **values)
+        mechanism = case.mechanism(elements, **values)
         motion = fb.simulate(
-            mechanism, duration=drawn.duration, step=drawn.step, substeps=steps, threads=1,
+            mechanism, duration=case.duration, step=case.step, substeps=steps, threads=1,
             integrator=fb.GeneralizedAlpha(tolerance=1e-12),
         )  # fmt: skip
         return motion if "sample" in motion.dims else motion.expand_dims(sample=1)
 
-    return fb.propagate(fine, drawn.inputs, fb.AdaptivePCCI(TOLERANCE / 10, MOST))
+    return fb.propagate(fine, case.inputs, fb.AdaptivePCCI(TOLERANCE / 10, MOST))
 
 
 @contextmanager
-def counted_work() -> Iterator[list[float]]:
+def count_work() -> Iterator[list[float]]:
     """Give a list to which every call of a response adds its steps, times elements and samples."""
     work: list[float] = []
     simulate = DynamicResponse.__call__
 
     def call(response: DynamicResponse, **values) -> xr.DataArray:
         motion = simulate(response, **values)
-        known = response.description(**values).discretization
-        elements = sum(n for name, n in known.items() if name != "step")
+        discretization = response.description(**values).discretization
+        elements = sum(n for name, n in discretization.items() if name != "step")
         work.append(motion.sizes["sample"] * response.duration / response.step * max(1, elements))
         return motion
 
@@ -99,36 +99,38 @@ def counted_work() -> Iterator[list[float]]:
         yield work
 
 
-def judged(kind: str, seed: int) -> dict[str, object]:
+def judge_case(kind: str, seed: int) -> dict[str, object]:
     """Return what is known of a case, as numbers and texts."""
     rng = np.random.default_rng([seed, zlib.crc32(kind.encode())])
-    drawn = DRAWS[kind](rng)
+    case = DRAWS[kind](rng)
     begin = time.process_time()
-    record: dict[str, object] = {"kind": kind, "seed": seed, "free": drawn.free}
+    record: dict[str, object] = {"kind": kind, "seed": seed, "free": case.free_discretization}
+    # Run with and without correction, then the reference.
     try:
         bands_of = {}
         work = {}
         for correct in (False, True):
-            with counted_work() as calls, warnings.catch_warnings(record=True) as issued:
+            with count_work() as calls, warnings.catch_warnings(record=True) as warning_list:
                 warnings.simplefilter("always", fb.errors.FlexbandWarning)
-                bands_of[correct] = solved(drawn, correct=correct)
-            record["halved"] = any("completed with half" in str(w.message) for w in issued)
+                bands_of[correct] = solve(case, correct=correct)
+            record["halved"] = any("completed with half" in str(w.message) for w in warning_list)
             work[correct] = sum(calls)
-        exact = truth(drawn, bands_of[True].attrs.get("halved", []))
+        exact = truth(case, bands_of[True].attrs.get("halved", []))
     except Exception as error:
         return record | {"failure": f"{type(error).__name__}: {error}"[:200]}
-    both = tuple(exact[name].transpose("bound", "output", "time").values for name in BANDS)
+    # Compare errors and claims of outputs that are not rounding.
+    exact_bands = tuple(exact[name].transpose("bound", "output", "time").values for name in BANDS)
     record["reference"] = float(exact.attrs["expected_error"])
     for correct, bands in bands_of.items():
-        whole = bands.drop_vars([f"{name}_expansion_error" for name in BANDS])
-        del whole.attrs["expansion_error"]
-        true, claim = (part.mean(axis=-1).max(axis=0) for part in errors(whole, both))
-        bar = both[1]
-        wide = widths(both) > np.maximum(1e-6 * np.abs(bar).max(axis=(0, 2)), NO_WIDTH)
+        total_bands = bands.drop_vars([f"{name}_expansion_error" for name in BANDS])
+        del total_bands.attrs["expansion_error"]
+        true, claim = (part.mean(axis=-1).max(axis=0) for part in errors(total_bands, exact_bands))
+        bar = exact_bands[1]
+        wide_mask = widths(exact_bands) > np.maximum(1e-6 * np.abs(bar).max(axis=(0, 2)), NO_WIDTH)
         attrs = bands.attrs
         record["corrected" if correct else "plain"] = {
-            "true": true[wide].tolist(),
-            "claim": claim[wide].tolist(),
+            "true": true[wide_mask].tolist(),
+            "claim": claim[wide_mask].tolist(),
             "runs": int(attrs["runs"]),
             "expansion": float(attrs["expansion_error"]),
             "step": float(attrs.get("step_error", 0.0)),
@@ -166,36 +168,36 @@ def gain(record: Mapping) -> float:
     plain = record["plain"]
     corrected = record["corrected"]
     pairs = zip(plain["true"], corrected["true"], strict=True)
-    changed = [(before, after) for before, after in pairs if before != after]
-    before, after = (max(values, default=1.0) for values in zip(*changed, strict=True))
+    changes = [(before, after) for before, after in pairs if before != after]
+    before, after = (max(values, default=1.0) for values in zip(*changes, strict=True))
     return before * (plain["work"] / corrected["work"]) ** 2 / max(after, 1e-300)
 
 
 def row(name: str, records: Sequence[Mapping]) -> list[str]:
     """Return the line of a kind."""
-    plain, done = (outcomes(records, which) for which in ("plain", "corrected"))
-    applied = [record for record in records if record["corrected"]["kinds"]]
-    given = [gain(record) for record in applied if not record["free"]]
+    plain, corrected = (outcomes(records, which) for which in ("plain", "corrected"))
+    corrected_records = [record for record in records if record["corrected"]["kinds"]]
+    gains = [gain(record) for record in corrected_records if not record["free"]]
     work = [
         record["plain"]["work"] / record["corrected"]["work"]
-        for record in applied
+        for record in corrected_records
         if record["free"]
     ]
-    middle = [np.median([100 * o.true for o in some]) for some in (plain, done)]
-    ratios = [o.claim / max(o.true, 1e-300) for o in done]
+    middle = [np.median([100 * o.true for o in some]) for some in (plain, corrected)]
+    ratios = [o.claim / max(o.true, 1e-300) for o in corrected]
     return [
         name,
         str(len(records)),
-        str(len(applied)),
+        str(len(corrected_records)),
         *(f"{v:.2g}" for v in middle),
-        f"{100 * np.median([one.claim for one in done]):.2g}",
+        f"{100 * np.median([result.claim for result in corrected]):.2g}",
         f"{np.median(ratios):.2g}",
-        str(sum(right(o, TOLERANCE) for o in done)),
+        str(sum(right(o, TOLERANCE) for o in corrected)),
         str(sum(right(o, TOLERANCE) for o in plain)),
-        str(sum(map(too_small, done))),
+        str(sum(map(too_small, corrected))),
         str(sum(map(too_small, plain))),
-        f"{np.median(given):.2g}" if given else "",
-        str(sum(v < LARGER for v in given)),
+        f"{np.median(gains):.2g}" if gains else "",
+        str(sum(v < LARGER for v in gains)),
         f"{np.median(work):.2g}" if work else "",
     ]
 
@@ -211,40 +213,43 @@ HEADER = [
 def show(folder: Path, lines: Sequence[str]) -> None:
     """Write the tables of all cases of a file."""
     records = {(r["kind"], r["seed"]): r for r in map(json.loads, lines)}
-    failed = [r for r in records.values() if "failure" in r]
-    halved = [r for r in records.values() if r.get("halved") and "failure" not in r]
-    whole = [r for r in records.values() if "failure" not in r and not r.get("halved")]
-    sure = [
-        r for r in whole
+    failures = [r for r in records.values() if "failure" in r]
+    halved_records = [r for r in records.values() if r.get("halved") and "failure" not in r]
+    usable_records = [r for r in records.values() if "failure" not in r and not r.get("halved")]
+    sure_records = [
+        r for r in usable_records
         if r["reference"] <= max(UNSURE * max(r["corrected"]["true"], default=0.0), 1e-3)
     ]  # fmt: skip
     rows = [
-        row(kind, of_kind) for kind in DRAWS if (of_kind := [r for r in sure if r["kind"] == kind])
+        row(kind, of_kind)
+        for kind in DRAWS
+        if (of_kind := [r for r in sure_records if r["kind"] == kind])
     ]
-    rows.append(row("all", sure))
-    applied = [r for r in sure if r["corrected"]["kinds"]]
-    if applied:
-        rows.append(row("all that are corrected", applied))
-    small = [f"{o.family}:{o.seed}" for o in outcomes(sure, "corrected") if too_small(o)]
+    rows.append(row("all", sure_records))
+    corrected_records = [r for r in sure_records if r["corrected"]["kinds"]]
+    if corrected_records:
+        rows.append(row("all that are corrected", corrected_records))
+    small = [f"{o.family}:{o.seed}" for o in outcomes(sure_records, "corrected") if too_small(o)]
     wrong = [
         f"{o.family}:{o.seed}"
-        for o in outcomes(sure, "corrected")
+        for o in outcomes(sure_records, "corrected")
         if not too_small(o) and not right(o, TOLERANCE)
     ]
-    given = [r for r in applied if not r["free"]]
-    worse = [f"{r['kind']}:{r['seed']} ({gain(r):.2g})" for r in given if gain(r) < LARGER]
+    fixed_records = [r for r in corrected_records if not r["free"]]
+    worse = [f"{r['kind']}:{r['seed']} ({gain(r):.2g})" for r in fixed_records if gain(r) < LARGER]
     notes = [
         f"too small by 5: {', '.join(small) or 'none'}",
         f"not right, since too large: {', '.join(wrong) or 'none'}",
         f"worse at equal engine time: {', '.join(worse) or 'none'}",
-        f"{len(whole) - len(sure)} cases whose reference is not sure enough, {len(failed)} failed",
-        f"{len(halved)} with runs that needed half the step, whose error is not estimated",
+        f"{len(usable_records) - len(sure_records)} cases whose reference is not sure enough, "
+        f"{len(failures)} failed",
+        f"{len(halved_records)} with runs that needed half the step, whose error is not estimated",
     ]
     report(folder, "correction", HEADER, rows, {"cases": list(records.values())}, notes)
 
 
 def main() -> None:
-    chosen = options(
+    arguments = options(
         __doc__,
         40,
         seed=(0, "first seed; documented tables have 1000000 or higher"),
@@ -252,21 +257,21 @@ def main() -> None:
         show=(0, "1: make the tables only"),
         file=("correction.jsonl", "name of the file of finished cases"),
     )
-    file = chosen.output / chosen.file
+    file = arguments.output / arguments.file
     file.parent.mkdir(parents=True, exist_ok=True)
-    known = file.read_text(encoding="utf-8").splitlines() if file.is_file() else []
-    finished = {(r["kind"], r["seed"]) for r in map(json.loads, known)}
-    kinds = chosen.kinds.split(",") if chosen.kinds else list(DRAWS)
-    each = -(-chosen.samples // len(kinds))
+    lines = file.read_text(encoding="utf-8").splitlines() if file.is_file() else []
+    finished_cases = {(r["kind"], r["seed"]) for r in map(json.loads, lines)}
+    kinds = arguments.kinds.split(",") if arguments.kinds else list(DRAWS)
+    samples_per_kind = -(-arguments.samples // len(kinds))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        for seed in range(chosen.seed, chosen.seed + each * (not chosen.show)):
+        for seed in range(arguments.seed, arguments.seed + samples_per_kind * (not arguments.show)):
             for kind in kinds:
-                if (kind, seed) not in finished:
-                    line = json.dumps(judged(kind, seed))
-                    with file.open("a", encoding="utf-8") as opened:
-                        opened.write(line + "\n")
-    show(chosen.output, file.read_text(encoding="utf-8").splitlines())
+                if (kind, seed) not in finished_cases:
+                    line = json.dumps(judge_case(kind, seed))
+                    with file.open("a", encoding="utf-8") as stream:
+                        stream.write(line + "\n")
+    show(arguments.output, file.read_text(encoding="utf-8").splitlines())
 
 
 if __name__ == "__main__":

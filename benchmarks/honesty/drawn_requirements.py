@@ -39,7 +39,7 @@ class Wave:
     drift: float
 
     @staticmethod
-    def drawn(r: np.random.Generator) -> Wave:
+    def draw(r: np.random.Generator) -> Wave:
         slopes = r.uniform(-1, 1, 4) * (0.3, 0.3, 0.5, 0.2)
         return Wave(10 ** r.uniform(-1, 2), r.uniform(0.5, 2.5), r.uniform(0, 7), slopes,
                     r.uniform(-0.5, 0.5))  # fmt: skip
@@ -95,8 +95,8 @@ def peaks_of_samples(wave: Wave, times: np.ndarray, seed: int, *, scattered: boo
         e, g = 2 * u[:, 2:].T - 1
         values = [wave.values(x, z, e, g, t) for t in times]
         return np.sort(np.max(values, axis=0))[None]
-    found = [np.max([wave.values(x, z, e, g, t) for t in times], axis=0) for e, g in box(9)]
-    return np.sort(np.stack(found), axis=1)
+    peak_rows = [np.max([wave.values(x, z, e, g, t) for t in times], axis=0) for e, g in box(9)]
+    return np.sort(np.stack(peak_rows), axis=1)
 
 
 def probability(peaks: np.ndarray, limit: float) -> float:
@@ -112,48 +112,52 @@ def limit_of(peaks: np.ndarray, p: float) -> float:
 def case(seed: int) -> list[dict]:
     """Return verdicts on one requirement of each kind, and what is true."""
     r = np.random.default_rng([seed, 99])
-    wave = Wave.drawn(r)
+    # Draw a response.
+    wave = Wave.draw(r)
     times = np.linspace(0.0, 1.0, int(r.integers(18 * wave.frequency + 12, 90)))
     response = wave.response(times)
-    drawn = []
+    records = []
     requirements = []
-    every = np.linspace(0.0, 1.0, FINE)
-    width = float(np.mean(highest_bar(wave, every, 1.0)
+    all_times = np.linspace(0.0, 1.0, FINE)
+    width = float(np.mean(highest_bar(wave, all_times, 1.0)
                           + highest_bar(Wave(wave.size, wave.frequency, wave.start + np.pi,
-                                             wave.slopes, -wave.drift), every, 1.0)))  # fmt: skip
+                                             wave.slopes, -wave.drift),
+                                        all_times, 1.0)))  # fmt: skip
+    # Draw requirements near what is true.
     for kind in KINDS[:3]:
         first, last = np.sort(r.uniform(0.0, 1.0, 2))
         last = min(1.0, max(last, first + 0.05))
-        during = None if r.random() < 0.2 else (float(first), float(last))
-        fine = np.linspace(*(during or (0.0, 1.0)), FINE)
+        window = None if r.random() < 0.2 else (float(first), float(last))
+        fine = np.linspace(*(window or (0.0, 1.0)), FINE)
         part = float(r.choice([-1.0, 1.0]) * 10 ** r.uniform(-2.5, -0.3))
         if kind == "worst case":
             bound = float(highest_bar(wave, fine, 3.0).max()) + part * width
             margin = part
             criterion = fb.analysis.WorstCase(3.0)
-            clear = abs(part) > 0.003
+            is_clear = abs(part) > 0.003
         else:
             peaks = peaks_of_samples(wave, fine, seed, scattered=kind != "probability")
-            allowed = float(10 ** r.uniform(-2.5, -0.5))
-            exact = limit_of(peaks, allowed)
+            allowed_probability = float(10 ** r.uniform(-2.5, -0.5))
+            exact = limit_of(peaks, allowed_probability)
             bound = exact + part * width
             margin = part
             true = probability(peaks, bound)
-            clear = not allowed / 1.15 < true < allowed * 1.15
+            is_clear = not allowed_probability / 1.15 < true < allowed_probability * 1.15
             make = fb.analysis.Probability if kind == "probability" else fb.analysis.ShareOfParts
-            criterion = make(allowed)
-        requirements.append(fb.Requirement(kind, "u", below=bound, during=during,
+            criterion = make(allowed_probability)
+        requirements.append(fb.Requirement(kind, "u", below=bound, during=window,
                                            criterion=criterion))  # fmt: skip
-        drawn.append({"kind": kind, "margin": margin, "clear": clear, "seed": seed})
+        records.append({"kind": kind, "margin": margin, "clear": is_clear, "seed": seed})
+    # Let a study judge them.
     study = fb.Study(response, INPUTS, fb.AdaptivePCCI(TOLERANCE), requirements=requirements,
                      scatter=SCATTER)  # fmt: skip
     with TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         result = study.run_in(folder, fb.RunOptions())
-        for one, verdict in zip(drawn, result.verdicts, strict=True):
-            one |= {"verdict": str(verdict.verdict), "reason": str(verdict.reason)}
-        drawn.append(peak(wave, times, seed))
-    return drawn
+        for record, verdict in zip(records, result.verdicts, strict=True):
+            record |= {"verdict": str(verdict.verdict), "reason": str(verdict.reason)}
+        records.append(peak(wave, times, seed))
+    return records
 
 
 def peak(wave: Wave, times: np.ndarray, seed: int) -> dict:
@@ -169,34 +173,39 @@ def peak(wave: Wave, times: np.ndarray, seed: int) -> dict:
             "verdict": "PASS" if off < 2e-3 else f"off by {off:.2g}"}  # fmt: skip
 
 
-def row(kind: str, drawn: list[dict]) -> list[str]:
+def row(kind: str, records: list[dict]) -> list[str]:
     """Return the line of a kind of requirement."""
-    of_kind = [each for each in drawn if each["kind"] == kind]
-    clear = [each for each in of_kind if each["clear"]]
-    passed = [e for e in clear if e["verdict"] == "PASS" and e["margin"] < 0]
-    failed = [e for e in clear if e["verdict"] not in ("PASS", "UNDECIDED") and e["margin"] > 0]
-    far = [each for each in of_kind if abs(each["margin"]) > 5 * TOLERANCE]
-    undecided = sum(each["verdict"] == "UNDECIDED" for each in far)
-    false = ", ".join(str(each["seed"]) for each in passed + failed)
-    return [kind, str(len(of_kind)), str(len(passed)), str(len(failed)), str(len(far)),
-            f"{100 * undecided / max(1, len(far)):.0f} %", false]  # fmt: skip
+    of_kind = [record for record in records if record["kind"] == kind]
+    clear_records = [record for record in of_kind if record["clear"]]
+    false_passes = [e for e in clear_records if e["verdict"] == "PASS" and e["margin"] < 0]
+    false_failures = [
+        e for e in clear_records if e["verdict"] not in ("PASS", "UNDECIDED") and e["margin"] > 0
+    ]
+    clear_margins = [record for record in of_kind if abs(record["margin"]) > 5 * TOLERANCE]
+    undecided_count = sum(record["verdict"] == "UNDECIDED" for record in clear_margins)
+    false_seeds = ", ".join(str(record["seed"]) for record in false_passes + false_failures)
+    return [kind, str(len(of_kind)), str(len(false_passes)), str(len(false_failures)),
+            str(len(clear_margins)),
+            f"{100 * undecided_count / max(1, len(clear_margins)):.0f} %", false_seeds]  # fmt: skip
 
 
 def main() -> None:
-    chosen = options(__doc__, 100, seed=(0, "first seed; documented tables have fresh ones"))
-    file = Path(chosen.output) / f"drawn_requirements_{chosen.seed}.jsonl"
+    arguments = options(__doc__, 100, seed=(0, "first seed; documented tables have fresh ones"))
+    file = Path(arguments.output) / f"drawn_requirements_{arguments.seed}.jsonl"
     file.parent.mkdir(parents=True, exist_ok=True)
-    drawn: list[dict] = []
+    records: list[dict] = []
     with file.open("w", encoding="utf-8") as stream:
-        for seed in range(chosen.seed, chosen.seed + chosen.samples):
-            drawn += (verdicts := case(seed))
-            stream.writelines(json.dumps(each) + "\n" for each in verdicts)
+        for seed in range(arguments.seed, arguments.seed + arguments.samples):
+            records += (verdicts := case(seed))
+            stream.writelines(json.dumps(record) + "\n" for record in verdicts)
             stream.flush()
     header = ["kind", "requirements", "false PASS", "false FAIL", "clear", "of these UNDECIDED",
               "seeds of false ones"]  # fmt: skip
-    notes = [f"seeds from {chosen.seed} on; clear margins are above {5 * TOLERANCE:g} of the width"]
-    rows = [row(kind, drawn) for kind in KINDS]
-    report(chosen.output, "drawn_requirements", header, rows, {}, notes)
+    notes = [
+        f"seeds from {arguments.seed} on; clear margins are above {5 * TOLERANCE:g} of the width"
+    ]
+    rows = [row(kind, records) for kind in KINDS]
+    report(arguments.output, "drawn_requirements", header, rows, {}, notes)
 
 
 if __name__ == "__main__":

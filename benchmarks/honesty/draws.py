@@ -28,8 +28,8 @@ KINKED = 1001
 
 def kinds(r: Random, most_normal: int = 2) -> tuple[str, ...]:
     """Draw the kinds of variables."""
-    fitting = [own for own in KINDS if own.count("normal") <= most_normal]
-    return fitting[r.integers(len(fitting))]
+    candidates = [group for group in KINDS if group.count("normal") <= most_normal]
+    return candidates[r.integers(len(candidates))]
 
 
 def times(r: Random) -> int:
@@ -37,23 +37,23 @@ def times(r: Random) -> int:
     return int(r.integers(40, 100))
 
 
-def shape(r: Random, least: float = 0.3) -> Formula:
+def shape(r: Random, minimum: float = 0.3) -> Formula:
     """Draw a slow function of τ whose size is of order one."""
-    a, b, turn = r.uniform(least, 1.0), r.uniform(0.0, 1.0), r.uniform(0.0, 6.3)
+    a, b, turn = r.uniform(minimum, 1.0), r.uniform(0.0, 1.0), r.uniform(0.0, 6.3)
     turns = r.uniform(1.0, 7.0)
     return lambda tau: a + b * np.sin(turns * tau + turn) ** 2
 
 
-def linear(r: Random, own: Sequence[str], size: float) -> Formula:
+def linear(r: Random, variables: Sequence[str], size: float) -> Formula:
     """Draw a linear function of some variables; its coefficients are of the given size."""
-    c = size * r.uniform(0.3, 1.0, len(own)) * r.choice([-1, 1], len(own))
+    c = size * r.uniform(0.3, 1.0, len(variables)) * r.choice([-1, 1], len(variables))
     return lambda *y: sum(a * v for a, v in zip(c, y, strict=True))
 
 
-def quadratic(r: Random, own: Sequence[str], size: float) -> Formula:
+def quadratic(r: Random, variables: Sequence[str], size: float) -> Formula:
     """Draw a quadratic function of some variables with all products."""
-    first = linear(r, own, size)
-    C = 0.5 * size * r.uniform(-1, 1, (len(own), len(own)))
+    first = linear(r, variables, size)
+    C = 0.5 * size * r.uniform(-1, 1, (len(variables), len(variables)))
 
     def value(*y):
         return first(*y) + sum(C[a, b] * y[a] * y[b] for a in range(len(y)) for b in range(a + 1))
@@ -61,6 +61,6 @@ def quadratic(r: Random, own: Sequence[str], size: float) -> Formula:
     return value
 
 
-def of_all(own: Sequence[str], formula: Formula, **options) -> list[Term]:
+def of_all(variables: Sequence[str], formula: Formula, **options) -> list[Term]:
     """Return one term of all variables."""
-    return [Term(formula, tuple(range(len(own))), **options)]
+    return [Term(formula, tuple(range(len(variables))), **options)]

@@ -56,7 +56,7 @@ class Polynomial:
         z, weights = hermegauss(12)
         n = int(self.random.sum())
         xi = np.array(list(product(z, repeat=n)))
-        w = np.array([np.prod(each) for each in product(weights / weights.sum(), repeat=n)])
+        w = np.array([np.prod(factors) for factors in product(weights / weights.sum(), repeat=n)])
         grid = np.linspace(-1.0, 1.0, GRID[ACTIVE - n])
         means = []
         deviations = []
@@ -73,24 +73,24 @@ class Polynomial:
 
 
 def main() -> None:
-    chosen = options(
+    arguments = options(
         __doc__, 100, seed=(0, "first seed"), max_runs=("60,200", "budgets, separated by commas")
     )
-    least = 2e-5
+    smallest_error = 2e-5
     rows = []
-    for budget in map(int, chosen.max_runs.split(",")):
+    for budget in map(int, arguments.max_runs.split(",")):
         runs = []
         errors = []
         claims = []
-        for seed in range(chosen.seed, chosen.seed + chosen.samples):
+        for seed in range(arguments.seed, arguments.seed + arguments.samples):
             case = Polynomial(seed)
             bands = fb.propagate(case.response, case.inputs, fb.AdaptivePCCI(0.01, budget))
             exact = case.bands()
-            found = np.array([bands["mean"].values, bands["error_bar"].values])
-            errors.append(np.abs(found - exact).mean(axis=1).max() / np.ptp(exact[1]))
+            band_values = np.array([bands["mean"].values, bands["error_bar"].values])
+            errors.append(np.abs(band_values - exact).mean(axis=1).max() / np.ptp(exact[1]))
             claims.append(bands.attrs["expected_error"])
             runs.append(bands.attrs["runs"])
-        true, claim = (np.maximum(values, least) for values in (errors, claims))
+        true, claim = (np.maximum(values, smallest_error) for values in (errors, claims))
         rows.append([
             str(budget), str(len(runs)), f"{np.median(runs):.0f}", f"{np.quantile(runs, 0.9):.0f}",
             f"{100 * np.mean(true <= 0.01):.0f} %", f"{np.median(claim / true):.2g}",
@@ -98,8 +98,8 @@ def main() -> None:
         ])  # fmt: skip
     header = ["budget", "responses", "runs, median", "runs, 90 %", "error of 1 % or less",
               "claim / true, median", "too small by 5"]  # fmt: skip
-    notes = [f"seeds from {chosen.seed} on"]
-    report(chosen.output, "few_inputs", header, rows, {}, notes)
+    notes = [f"seeds from {arguments.seed} on"]
+    report(arguments.output, "few_inputs", header, rows, {}, notes)
 
 
 if __name__ == "__main__":

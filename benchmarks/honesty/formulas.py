@@ -16,10 +16,10 @@ from benchmarks.honesty.references import Formula, Term
 
 def smooth(r: Random) -> Problem:
     """Draw exponentials, decays, slow waves and polynomials."""
-    own = kinds(r)
+    variables = kinds(r)
 
-    def one() -> Formula:
-        a, b, s = linear(r, own, 0.4), quadratic(r, own, 0.3), shape(r)
+    def draw_formula() -> Formula:
+        a, b, s = linear(r, variables, 0.4), quadratic(r, variables, 0.3), shape(r)
         rate = r.uniform(0.5, 3.0)
         forms: list[Formula] = [
             lambda *y: s(y[-1]) * np.exp(a(*y[:-1])),
@@ -30,15 +30,17 @@ def smooth(r: Random) -> Problem:
         ]
         return forms[r.integers(len(forms))]
 
-    return Problem(own, [of_all(own, one()) for _ in range(r.integers(1, 3))], times(r))
+    return Problem(
+        variables, [of_all(variables, draw_formula()) for _ in range(r.integers(1, 3))], times(r)
+    )
 
 
 def rational(r: Random) -> Problem:
     """Draw quotients, some of them close to a pole."""
-    own = kinds(r)
-    small = np.array([0.06 if kind == "normal" else 0.7 / len(own) for kind in own])
-    small *= r.uniform(0.3, 1.0, len(own)) * r.choice([-1, 1], len(own))
-    a, b, s = linear(r, own, 1.0), linear(r, own, 0.5), shape(r)
+    variables = kinds(r)
+    small = np.array([0.06 if kind == "normal" else 0.7 / len(variables) for kind in variables])
+    small *= r.uniform(0.3, 1.0, len(variables)) * r.choice([-1, 1], len(variables))
+    a, b, s = linear(r, variables, 1.0), linear(r, variables, 0.5), shape(r)
     sharp, centre = r.uniform(0.5, 3.0), r.uniform(-1.0, 1.0)
 
     def pole(*y):
@@ -52,19 +54,21 @@ def rational(r: Random) -> Problem:
         lambda *y: b(*y[:-1]) * s(y[-1]) / (1 + a(*y[:-1]) ** 2),
     ]
     formula = forms[r.integers(len(forms))]
-    return Problem(own, [of_all(own, formula, nodes=61 if len(own) < 3 else 25)], times(r))
+    return Problem(
+        variables, [of_all(variables, formula, nodes=61 if len(variables) < 3 else 25)], times(r)
+    )
 
 
-def saturating(r: Random) -> Problem:
+def saturations(r: Random) -> Problem:
     """Draw tanh, logistic functions, arctan and cubic stiffness, some of them steep."""
-    own = kinds(r)
-    a, b, s = linear(r, own, 1.0), linear(r, own, 0.3), shape(r)
-    few = sum(kind != "interval" for kind in own) < 2
-    steep = 10 ** r.uniform(-0.3, 0.7 if few else 0.2)
-    centre, moving, wide = r.uniform(-0.7, 0.7), r.uniform(0, 1.5), min(steep, 2.5)
+    variables = kinds(r)
+    a, b, s = linear(r, variables, 1.0), linear(r, variables, 0.3), shape(r)
+    few_random = sum(kind != "interval" for kind in variables) < 2
+    steep = 10 ** r.uniform(-0.3, 0.7 if few_random else 0.2)
+    centre, drift, wide = r.uniform(-0.7, 0.7), r.uniform(0, 1.5), min(steep, 2.5)
 
     def at(*y):
-        return a(*y[:-1]) - centre - moving * y[-1]
+        return a(*y[:-1]) - centre - drift * y[-1]
 
     forms: list[Formula] = [
         lambda *y: np.tanh(steep * at(*y)) + b(*y[:-1]) * s(y[-1]),
@@ -72,8 +76,12 @@ def saturating(r: Random) -> Problem:
         lambda *y: np.arctan(wide * at(*y)) + 0.5 * b(*y[:-1]),
         lambda *y: at(*y) / np.sqrt(1 + (wide * at(*y)) ** 2) * s(y[-1]),
     ]
-    options = {"points": 201, "nodes": 81 if len(own) < 3 else 31} if few else {"points": 45}
-    return Problem(own, [of_all(own, forms[r.integers(len(forms))], **options)], times(r))
+    options = (
+        {"points": 201, "nodes": 81 if len(variables) < 3 else 31} if few_random else {"points": 45}
+    )
+    return Problem(
+        variables, [of_all(variables, forms[r.integers(len(forms))], **options)], times(r)
+    )
 
 
 def _waves(r: Random, interval: bool) -> Callable[[np.ndarray], np.ndarray]:
@@ -105,10 +113,10 @@ def _waves(r: Random, interval: bool) -> Callable[[np.ndarray], np.ndarray]:
 
 def alias(r: Random) -> Problem:
     """Draw functions that a few points take for others: x³ + e, sin over a period, (1−a²)(1−b²)."""
-    own = [("interval", "normal"), ("interval", "interval"), ("interval", "interval", "normal")]
-    chosen = own[r.integers(len(own))]
+    choices = [("interval", "normal"), ("interval", "interval"), ("interval", "interval", "normal")]
+    variables = choices[r.integers(len(choices))]
     s, u = shape(r), shape(r)
-    f = [_waves(r, kind == "interval") for kind in chosen]
+    f = [_waves(r, kind == "interval") for kind in variables]
     c = r.uniform(0.1, 1.0)
     if r.random() < 0.5:  # a sum
         terms = [Term(lambda y, tau: s(tau) * f[0](y), (0,))]
@@ -119,54 +127,54 @@ def alias(r: Random) -> Problem:
             values = [g(v) for g, v in zip(f, y, strict=False)]
             return s(y[-1]) * np.prod(np.broadcast_arrays(*values), axis=0) + c * y[0] * y[-1]
 
-        terms = of_all(chosen, product)
+        terms = of_all(variables, product)
     if r.random() < 0.25:
-        chosen = ("interval", "interval", "normal")
+        variables = ("interval", "interval", "normal")
         terms = [
             Term(lambda a, b, tau: s(tau) * (1 - a * a) * (1 - b * b), (0, 1)),
             Term(lambda x, tau: 0.3 * c * x * u(tau), (2,)),
         ]
-    return Problem(chosen, [terms], times(r))
+    return Problem(variables, [terms], times(r))
 
 
 def products(r: Random) -> Problem:
     """Draw products of two to four variables, with or without terms of their own."""
     pool = ["normal", "interval", "interval", "normal", "uniform", "interval"]
-    own = [pool[k] for k in r.permutation(len(pool))[: r.integers(2, 5)]]
-    alone = linear(r, own, float(r.choice([0.0, 0.0, 0.3, 1.0])))
+    variables = [pool[k] for k in r.permutation(len(pool))[: r.integers(2, 5)]]
+    linear_part = linear(r, variables, float(r.choice([0.0, 0.0, 0.3, 1.0])))
     s, u = shape(r), shape(r)
-    among = max(2, len(own) - int(r.integers(0, 2)))
+    factor_count = max(2, len(variables) - int(r.integers(0, 2)))
 
     def value(*y):
         product = 1.0
-        for v in y[:among]:
+        for v in y[:factor_count]:
             product = product * v
-        return s(y[-1]) * product + u(y[-1]) * alone(*y[:-1])
+        return s(y[-1]) * product + u(y[-1]) * linear_part(*y[:-1])
 
-    return Problem(own, [of_all(own, value, points=25, nodes=4)], times(r))
+    return Problem(variables, [of_all(variables, value, points=25, nodes=4)], times(r))
 
 
 def pulses(r: Random) -> Problem:
     """Draw pulses and steps whose time of arrival depends on the inputs."""
-    own = ("normal", "interval") if r.random() < 0.7 else ("uniform", "interval")
-    a, b = linear(r, own, r.uniform(0.02, 0.12)), linear(r, own, 0.2)
+    variables = ("normal", "interval") if r.random() < 0.7 else ("uniform", "interval")
+    a, b = linear(r, variables, r.uniform(0.02, 0.12)), linear(r, variables, 0.2)
     width, middle = r.uniform(0.04, 0.2), r.uniform(0.35, 0.65)
 
-    def late(*y):
+    def delay(*y):
         return (y[-1] - middle - a(*y[:-1])) / width
 
     forms: list[Formula] = [
-        lambda *y: np.exp(-(late(*y) ** 2)) * (1 + b(*y[:-1])),
-        lambda *y: 0.5 * (1 + np.tanh(late(*y))),
-        lambda *y: 0.5 * (1 + np.tanh(late(*y))) * (1 + b(*y[:-1])) + 0.3 * b(*y[:-1]),
+        lambda *y: np.exp(-(delay(*y) ** 2)) * (1 + b(*y[:-1])),
+        lambda *y: 0.5 * (1 + np.tanh(delay(*y))),
+        lambda *y: 0.5 * (1 + np.tanh(delay(*y))) * (1 + b(*y[:-1])) + 0.3 * b(*y[:-1]),
     ]
     formula = forms[r.integers(len(forms))]
-    return Problem(own, [of_all(own, formula, points=241, nodes=81)], times(r))
+    return Problem(variables, [of_all(variables, formula, points=241, nodes=81)], times(r))
 
 
 def scalars(r: Random) -> Problem:
     """Draw powers, exponentials and gains of engineering, at one time: no mean over time helps."""
-    own = ("normal", "interval") if r.random() < 0.7 else ("normal", "interval", "interval")
+    variables = ("normal", "interval") if r.random() < 0.7 else ("normal", "interval", "interval")
     p, q, c = r.uniform(-3, 3, 2), r.uniform(-4, 4), r.uniform(-1, 1)
     half, cv = r.uniform(0.02, 0.3, 2), r.uniform(0.03, 0.25)
     ratio, damping = r.uniform(0.5, 0.85), r.uniform(0.1, 0.3)
@@ -187,4 +195,4 @@ def scalars(r: Random) -> Problem:
         lambda x, e, *y: gain(x, e) * dimensions(*y[:-1]),
     ]
     formula = forms[r.integers(len(forms))]
-    return Problem(own, [of_all(own, formula, nodes=25)], 1)
+    return Problem(variables, [of_all(variables, formula, nodes=25)], 1)

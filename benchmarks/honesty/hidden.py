@@ -11,24 +11,29 @@ from benchmarks.honesty.references import Formula, Term
 
 def stops(r: Random) -> Problem:
     """Draw linear responses with a stop, or a stiffening, beyond 1.5 to 3 standard deviations."""
-    own = [("normal",), ("normal", "interval"), ("normal", "interval", "interval")]
-    chosen = own[r.integers(len(own))]
-    s, a, moved = shape(r), linear(r, chosen, 1.0), linear(r, chosen[1:], 0.2)
-    beyond, stiff, power = r.uniform(1.5, 3.0), 10 ** r.uniform(0.3, 1.5), r.integers(1, 3)
+    choices = [("normal",), ("normal", "interval"), ("normal", "interval", "interval")]
+    variables = choices[r.integers(len(choices))]
+    s, a, shift = shape(r), linear(r, variables, 1.0), linear(r, variables[1:], 0.2)
+    threshold, stiff, power = r.uniform(1.5, 3.0), 10 ** r.uniform(0.3, 1.5), r.integers(1, 3)
 
     def value(*y):
-        over = np.maximum(0, y[0] - beyond - moved(*y[1:-1]))
-        return s(y[-1]) * a(*y[:-1]) + stiff * over**power
+        excess = np.maximum(0, y[0] - threshold - shift(*y[1:-1]))
+        return s(y[-1]) * a(*y[:-1]) + stiff * excess**power
 
-    return Problem(chosen, [of_all(chosen, value, smooth=False, points=KINKED)], times(r))
+    return Problem(variables, [of_all(variables, value, smooth=False, points=KINKED)], times(r))
 
 
 def bumps(r: Random) -> Problem:
     """Draw responses with a narrow bump, a step or a steep end along an interval."""
-    own = [("interval",), ("interval", "interval"), ("interval", "normal"), ("interval", "uniform")]
-    chosen = own[r.integers(len(own))]
-    s, a, high = shape(r), linear(r, chosen, 0.5), 10 ** r.uniform(-0.5, 1)
-    width, centre, moving = r.uniform(0.04, 0.2), r.uniform(-0.9, 0.9), r.uniform(-0.2, 0.2)
+    choices = [
+        ("interval",),
+        ("interval", "interval"),
+        ("interval", "normal"),
+        ("interval", "uniform"),
+    ]
+    variables = choices[r.integers(len(choices))]
+    s, a, high = shape(r), linear(r, variables, 0.5), 10 ** r.uniform(-0.5, 1)
+    width, centre, drift = r.uniform(0.04, 0.2), r.uniform(-0.9, 0.9), r.uniform(-0.2, 0.2)
     forms: list[Formula] = [
         lambda x: np.exp(-(x**2)),
         lambda x: 0.5 + 0.5 * np.tanh(x),
@@ -37,16 +42,16 @@ def bumps(r: Random) -> Problem:
     form = forms[r.integers(len(forms))]
 
     def value(*y):
-        x = (y[0] - centre - moving * y[-1]) / width
+        x = (y[0] - centre - drift * y[-1]) / width
         return s(y[-1]) * a(*y[:-1]) + high * form(x) * (1 + 0.2 * y[-2])
 
-    return Problem(chosen, [of_all(chosen, value, smooth=False)], times(r))
+    return Problem(variables, [of_all(variables, value, smooth=False)], times(r))
 
 
 def powers(r: Random) -> Problem:
     """Draw high powers of one input, and Chebyshev polynomials of high order."""
     kind = ("interval", "normal", "uniform")[r.integers(3)]
-    chosen = (kind, "interval") if kind != "interval" and r.random() < 0.5 else (kind,)
+    variables = (kind, "interval") if kind != "interval" and r.random() < 0.5 else (kind,)
     order, s, a = int(r.integers(4, 8 if kind == "normal" else 13)), shape(r), r.uniform(0.0, 1.0)
     wave = kind != "normal" and r.random() < 0.5
 
@@ -55,23 +60,23 @@ def powers(r: Random) -> Problem:
         size = 1.0 if kind != "normal" else 3.0**-order
         return s(y[-1]) * size * power + a * y[-1] * sum(y[:-1])
 
-    nodes = 41 if len(chosen) == 1 else 11
-    return Problem(chosen, [of_all(chosen, value, points=KINKED, nodes=nodes)], times(r))
+    nodes = 41 if len(variables) == 1 else 11
+    return Problem(variables, [of_all(variables, value, points=KINKED, nodes=nodes)], times(r))
 
 
 def poles(r: Random) -> Problem:
     """Draw ratios whose denominator nearly vanishes in a corner of intervals."""
     count = int(r.integers(1, 3))
-    chosen = (*["interval"] * count, ("normal", "uniform")[r.integers(2)])
+    variables = (*["interval"] * count, ("normal", "uniform")[r.integers(2)])
     s, gap = shape(r), 10 ** r.uniform(-1.7, -0.3)
     c = r.uniform(0.3, 1.0, count)
     c = c / c.sum() * r.choice([-1, 1], count)
 
     def value(*y):
-        near = 1 + gap + sum(a * v for a, v in zip(c, y[:count], strict=True))
-        return s(y[-1]) * (1 + 0.1 * y[-2]) / near
+        denominator = 1 + gap + sum(a * v for a, v in zip(c, y[:count], strict=True))
+        return s(y[-1]) * (1 + 0.1 * y[-2]) / denominator
 
-    return Problem(chosen, [of_all(chosen, value, smooth=False)], times(r))
+    return Problem(variables, [of_all(variables, value, smooth=False)], times(r))
 
 
 def corners(r: Random) -> Problem:
@@ -85,10 +90,10 @@ def corners(r: Random) -> Problem:
         total = sum(a * v for a, v in zip(c, y[:-1], strict=True))
         return s(y[-1]) * total - stiff * np.maximum(0, total - at * s(y[-1]))
 
-    chosen = ("interval",) * count
+    variables = ("interval",) * count
     terms = [Term(value, tuple(range(count)), smooth=False)]
     if r.random() < 0.5:
-        chosen = (*chosen, "normal")
+        variables = (*variables, "normal")
         size = r.uniform(0.05, 0.3)
         terms.append(Term(lambda x, tau: size * x * (1 + tau), (count,)))
-    return Problem(chosen, [terms], times(r))
+    return Problem(variables, [terms], times(r))

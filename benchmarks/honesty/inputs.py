@@ -11,9 +11,9 @@ from benchmarks.honesty.draws import KINKED, Random, linear, of_all, shape, time
 from benchmarks.honesty.formulas import alias, smooth
 from benchmarks.honesty.problems import Problem
 from benchmarks.honesty.references import Formula, Term
-from benchmarks.honesty.ringing import oscillation, periods, resolving, ring, samples
+from benchmarks.honesty.ringing import oscillation, periods, resolution_options, ring, samples
 
-Drawn = tuple[Problem, dict]
+ProblemWithOptions = tuple[Problem, dict]
 
 
 def uniform(r: Random) -> Problem:
@@ -32,50 +32,54 @@ def uniform(r: Random) -> Problem:
         lambda y, e, tau: np.exp(c * y) * s(tau) + e * u(tau),
         lambda y, e, tau: np.cos(c * y + tau + e),
     ]
-    own = ("uniform", "interval")
-    return Problem(own, [of_all(own, forms[r.integers(len(forms))])], times(r))
+    variables = ("uniform", "interval")
+    return Problem(variables, [of_all(variables, forms[r.integers(len(forms))])], times(r))
 
 
-def many(r: Random) -> Drawn:
+def many_inputs(r: Random) -> ProblemWithOptions:
     """Draw responses to 5 to 30 inputs, of which few or all matter."""
     inputs = int(r.integers(5, 31))
     s, u = shape(r), shape(r)
     form = r.integers(5)
     if form == 0:  # the square of a sum
-        own = [("interval",), ("normal",), ("normal", "interval")][r.integers(3)]
+        variables = [("interval",), ("normal",), ("normal", "interval")][r.integers(3)]
         offset, c = r.uniform(-0.5, 1.5), r.uniform(0.2, 1.0)
-        terms = of_all(own, lambda *y: s(y[-1]) * (c * sum(y[:-1]) + offset) ** 2)
-        return Problem(own, [terms], times(r)), {"inputs": inputs}
+        terms = of_all(variables, lambda *y: s(y[-1]) * (c * sum(y[:-1]) + offset) ** 2)
+        return Problem(variables, [terms], times(r)), {"inputs": inputs}
     if form == 1:  # a sum of functions of one variable each
         kinds = list(r.choice(["normal", "interval", "interval", "uniform"], inputs))
         c = r.uniform(0.1, 1.0, inputs) * r.choice([0.3, 0.7, 1.0]) ** np.arange(inputs)
         forms = [np.sin, np.tanh, lambda y: y, lambda y: y + 0.3 * y * y]
-        chosen = [forms[k] for k in r.integers(len(forms), size=inputs)]
+        functions = [forms[k] for k in r.integers(len(forms), size=inputs)]
         terms = [
-            Term(lambda y, tau, k=k: c[k] * chosen[k](y) * (s(tau) if k % 2 else u(tau)), (k,))
+            Term(lambda y, tau, k=k: c[k] * functions[k](y) * (s(tau) if k % 2 else u(tau)), (k,))
             for k in range(inputs)
         ]
         return Problem(kinds, [terms], times(r)), {}
-    own = ("normal", "interval")
+    variables = ("normal", "interval")
     if form == 2:
         count = periods(r)
-        terms = of_all(own, oscillation(r, own, count, 2.0), **resolving(own))
-        return Problem(own, [terms], samples(count)), {"inputs": min(inputs, 16)}
+        terms = of_all(
+            variables, oscillation(r, variables, count, 2.0), **resolution_options(variables)
+        )
+        return Problem(variables, [terms], samples(count)), {"inputs": min(inputs, 16)}
     if form == 3:
-        a, c = linear(r, own, 0.6), r.uniform(0.5, 2.0)
-        terms = of_all(own, lambda *y: np.exp(c * a(*y[:-1])) * s(y[-1]) + u(y[-1]) * a(*y[:-1]))
-        return Problem(own, [terms], times(r)), {"inputs": inputs}
+        a, c = linear(r, variables, 0.6), r.uniform(0.5, 2.0)
+        terms = of_all(
+            variables, lambda *y: np.exp(c * a(*y[:-1])) * s(y[-1]) + u(y[-1]) * a(*y[:-1])
+        )
+        return Problem(variables, [terms], times(r)), {"inputs": inputs}
     gap, stiff, width = r.uniform(0.2, 0.8), r.uniform(2.0, 20.0), r.uniform(0.1, 0.4)
 
     def stack(x, e, tau):
         total = e + width * x
         return s(tau) * total + stiff * np.maximum(0, -total - gap)
 
-    terms = of_all(own, stack, smooth=False, points=KINKED)
-    return Problem(own, [terms], times(r)), {"inputs": inputs}
+    terms = of_all(variables, stack, smooth=False, points=KINKED)
+    return Problem(variables, [terms], times(r)), {"inputs": inputs}
 
 
-def turned(r: Random) -> Drawn:
+def sums_of_normals(r: Random) -> ProblemWithOptions:
     """Draw kinks in a sum of two to four normal inputs."""
     s, centre, gap = shape(r), r.uniform(-0.5, 1.5), r.uniform(0.1, 0.6)
     forms: list[Formula] = [
@@ -89,35 +93,39 @@ def turned(r: Random) -> Drawn:
     return Problem(("normal",), [terms], times(r)), {"inputs": int(r.integers(2, 5))}
 
 
-def intervals(r: Random) -> Drawn:
+def intervals(r: Random) -> ProblemWithOptions:
     """Draw responses to interval inputs only."""
-    return _only(r, "interval")
+    return _single_kind(r, "interval")
 
 
-def randoms(r: Random) -> Drawn:
+def randoms(r: Random) -> ProblemWithOptions:
     """Draw responses to random inputs only."""
-    return _only(r, str(r.choice(["normal", "normal", "uniform"])))
+    return _single_kind(r, str(r.choice(["normal", "normal", "uniform"])))
 
 
-def _only(r: Random, kind: str) -> Drawn:
+def _single_kind(r: Random, kind: str) -> ProblemWithOptions:
     """Draw a response whose variables are all of one kind."""
-    own, form = (kind,) * int(r.integers(1, 3)), r.integers(4)
-    s, a, b = shape(r), linear(r, own, 0.7), linear(r, own, 0.3)
-    options = {"inputs": len(own) + int(r.integers(0, 4))}
+    variables, form = (kind,) * int(r.integers(1, 3)), r.integers(4)
+    s, a, b = shape(r), linear(r, variables, 0.7), linear(r, variables, 0.3)
+    options = {"inputs": len(variables) + int(r.integers(0, 4))}
     if form < 2:
         count = periods(r)
-        f = oscillation(r, own, count, 2.0)
-        terms = of_all(own, lambda *y: f(*y) + 0.5 * s(y[-1]) * b(*y[:-1]), **resolving(own))
-        return Problem(own, [terms], samples(count)), options
+        f = oscillation(r, variables, count, 2.0)
+        terms = of_all(
+            variables,
+            lambda *y: f(*y) + 0.5 * s(y[-1]) * b(*y[:-1]),
+            **resolution_options(variables),
+        )
+        return Problem(variables, [terms], samples(count)), options
     forms: list[Formula] = [
         lambda *y: np.tanh(1.5 * a(*y[:-1]) - y[-1]) + b(*y[:-1]) * s(y[-1]),
-        lambda *y: s(y[-1]) * np.exp(a(*y[:-1])) + y[-1] * y[0] * y[len(own) - 1],
+        lambda *y: s(y[-1]) * np.exp(a(*y[:-1])) + y[-1] * y[0] * y[len(variables) - 1],
     ]
-    terms = of_all(own, forms[form - 2], points=161 if len(own) == 1 else 73)
-    return Problem(own, [terms], times(r)), options
+    terms = of_all(variables, forms[form - 2], points=161 if len(variables) == 1 else 73)
+    return Problem(variables, [terms], times(r)), options
 
 
-def units(r: Random) -> Drawn:
+def units(r: Random) -> ProblemWithOptions:
     """Draw outputs of very different sizes, one that hardly varies and one that is constant."""
     problem = [ring, smooth, alias][r.integers(3)](r)
     level, c, s = 10 ** r.uniform(1, 4), r.uniform(0.1, 1.0), shape(r)
@@ -126,7 +134,7 @@ def units(r: Random) -> Drawn:
         [Term(lambda y, tau: 0 * y + s(tau), (0,))],  # does not depend on the inputs
         [Term(lambda y, tau: np.maximum(0, tau - 0.5) * y, (0,))],  # varies later on
     ]
-    chosen = [others[k] for k in r.permutation(3)[: r.integers(1, 4)]]
-    outputs = [*problem.outputs, *chosen]
+    extra_outputs = [others[k] for k in r.permutation(3)[: r.integers(1, 4)]]
+    outputs = [*problem.outputs, *extra_outputs]
     sizes = 10 ** r.uniform(-9, 9, len(outputs))
     return Problem(problem.kinds, outputs, problem.times), {"units": sizes}

@@ -12,14 +12,14 @@ from benchmarks.honesty.ringing import TAU, oscillation, periods, samples, turns
 
 def kinks(r: Random) -> Problem:
     """Draw |x − c|, max(0, x − c) and dead zones in sums of inputs."""
-    own = [("normal",), ("interval",), ("normal", "interval"), ("uniform", "interval")]
-    chosen = own[r.integers(len(own))]
-    a, b, s = linear(r, chosen, 1.0), linear(r, chosen, 0.3), shape(r)
-    centre, moving = r.uniform(-0.8, 0.8), r.choice([0.0, 1.0]) * r.uniform(-1, 1)
+    choices = [("normal",), ("interval",), ("normal", "interval"), ("uniform", "interval")]
+    variables = choices[r.integers(len(choices))]
+    a, b, s = linear(r, variables, 1.0), linear(r, variables, 0.3), shape(r)
+    centre, drift = r.uniform(-0.8, 0.8), r.choice([0.0, 1.0]) * r.uniform(-1, 1)
     gap = r.uniform(0.1, 0.6)
 
     def at(*y):
-        return a(*y[:-1]) - centre - moving * y[-1]
+        return a(*y[:-1]) - centre - drift * y[-1]
 
     forms: list[Formula] = [
         lambda *y: s(y[-1]) * np.abs(at(*y)),
@@ -28,7 +28,7 @@ def kinks(r: Random) -> Problem:
         lambda *y: np.minimum(s(y[-1]), 1 + at(*y)),
     ]
     formula = forms[r.integers(len(forms))]
-    return Problem(chosen, [of_all(chosen, formula, smooth=False, points=KINKED)], times(r))
+    return Problem(variables, [of_all(variables, formula, smooth=False, points=KINKED)], times(r))
 
 
 def contact(r: Random) -> Problem:
@@ -36,19 +36,19 @@ def contact(r: Random) -> Problem:
     s, c = shape(r, 0.6), r.uniform(0.2, 1.0)
     stiff, gap = 10 ** r.uniform(0.3, 1.5), r.uniform(0.2, 0.9)
     if r.random() < 0.5:
-        chosen = ("interval", "normal") if r.random() < 0.6 else ("interval",)
+        variables = ("interval", "normal") if r.random() < 0.6 else ("interval",)
         spread = r.uniform(0.1, 0.4)
 
         def stack(*y):
             total = y[0] + spread * sum(y[1:-1])
             return c * total + stiff * np.maximum(0, -total - gap * s(y[-1]))
 
-        return Problem(chosen, [of_all(chosen, stack, smooth=False, points=KINKED)], times(r))
+        return Problem(variables, [of_all(variables, stack, smooth=False, points=KINKED)], times(r))
     part = r.uniform(0.2, 0.8)
 
     def corner(a, b, tau):
-        both = np.maximum(0, a - gap) * np.maximum(0, b - part)
-        return c * (a - b) * tau + stiff * s(tau) * both
+        overlap = np.maximum(0, a - gap) * np.maximum(0, b - part)
+        return c * (a - b) * tau + stiff * s(tau) * overlap
 
     terms = [Term(corner, (0, 1), smooth=False), Term(lambda x, tau: 0.3 * c * x, (2,))]
     return Problem(("interval", "interval", "normal"), [terms], times(r))
@@ -56,31 +56,35 @@ def contact(r: Random) -> Problem:
 
 def friction(r: Random) -> Problem:
     """Draw amplitudes that fall linearly to zero, as with dry friction, and then rest."""
-    own = [("normal", "interval"), ("interval",), ("uniform", "interval"), ("normal",)]
-    chosen = own[r.integers(len(own))]
+    choices = [("normal", "interval"), ("interval",), ("uniform", "interval"), ("normal",)]
+    variables = choices[r.integers(len(choices))]
     count, end = periods(r), r.uniform(0.5, 1.5)
-    a, turn = linear(r, chosen, 0.1), turns(r, chosen, 2.0)
+    a, turn = linear(r, variables, 0.1), turns(r, variables, 2.0)
 
     def value(*y):
         amplitude = np.maximum(0, 1 - y[-1] / end / (1 + a(*y[:-1])))
         return amplitude * np.cos((TAU * count + turn(*y[:-1])) * y[-1])
 
-    options = {"smooth": False, "points": KINKED if len(chosen) == 1 else 301}
-    return Problem(chosen, [of_all(chosen, value, **options)], samples(count))
+    options = {"smooth": False, "points": KINKED if len(variables) == 1 else 301}
+    return Problem(variables, [of_all(variables, value, **options)], samples(count))
 
 
 def impact(r: Random) -> Problem:
     """Draw forces of contacts: an oscillation that hits a stop, or bounces back from it."""
-    own = [("normal", "interval"), ("interval",), ("uniform", "interval"), ("normal",)]
-    chosen = own[r.integers(len(own))]
+    choices = [("normal", "interval"), ("interval",), ("uniform", "interval"), ("normal",)]
+    variables = choices[r.integers(len(choices))]
     count = r.uniform(2.0, 6.0)
-    f, gap, moved = oscillation(r, chosen, count, 2.0), r.uniform(0.1, 0.6), linear(r, chosen, 0.1)
+    f, gap, shift = (
+        oscillation(r, variables, count, 2.0),
+        r.uniform(0.1, 0.6),
+        linear(r, variables, 0.1),
+    )
     stiff = r.uniform(1.0, 5.0)
     forms: list[Formula] = [
-        lambda *y: stiff * np.maximum(0, f(*y) - gap - moved(*y[:-1])),
-        lambda *y: f(*y) - stiff * np.maximum(0, f(*y) - gap - moved(*y[:-1])),
+        lambda *y: stiff * np.maximum(0, f(*y) - gap - shift(*y[:-1])),
+        lambda *y: f(*y) - stiff * np.maximum(0, f(*y) - gap - shift(*y[:-1])),
         lambda *y: np.abs(f(*y) - 0.2 * gap),
     ]
-    options = {"smooth": False, "points": KINKED if len(chosen) == 1 else 601}
+    options = {"smooth": False, "points": KINKED if len(variables) == 1 else 601}
     formula = forms[r.integers(len(forms))]
-    return Problem(chosen, [of_all(chosen, formula, **options)], samples(count))
+    return Problem(variables, [of_all(variables, formula, **options)], samples(count))

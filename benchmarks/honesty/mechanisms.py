@@ -93,15 +93,15 @@ def four_bar(crank, coupler, rocker, ground, stiffness, friction, speed):
 
 def pendulum(upper, lower, weight, friction, angle):
     """Return a double pendulum that is released at an angle from the vertical."""
-    turned = angle - np.pi / 2
-    knee = (upper * np.cos(turned), upper * np.sin(turned))
+    direction = angle - np.pi / 2
+    knee = (upper * np.cos(direction), upper * np.sin(direction))
     return fb.Mechanism(
         bodies={
-            "upper": fb.RigidBody.bar(length=upper, angle=turned, **STEEL),
-            "lower": fb.RigidBody.bar(length=lower, start=knee, angle=turned, **STEEL),
+            "upper": fb.RigidBody.bar(length=upper, angle=direction, **STEEL),
+            "lower": fb.RigidBody.bar(length=lower, start=knee, angle=direction, **STEEL),
             "weight": fb.PointMass(
                 mass=weight,
-                position=(knee[0] + lower * np.cos(turned), knee[1] + lower * np.sin(turned)),
+                position=(knee[0] + lower * np.cos(direction), knee[1] + lower * np.sin(direction)),
             ),
         },
         joints={

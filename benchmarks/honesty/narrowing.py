@@ -22,7 +22,7 @@ import xarray as xr
 import flexband as fb
 from benchmarks.harness import options, report
 from benchmarks.honesty.cases import PROBLEMS
-from benchmarks.honesty.honesty import THREADS, cases, named
+from benchmarks.honesty.honesty import THREADS, cases, name_cases
 from benchmarks.honesty.problems import Problem
 from benchmarks.honesty.rates import Outcome, false, outcome, rates, right, too_small
 from benchmarks.honesty.references import Term
@@ -47,29 +47,29 @@ def response(problem: Problem) -> tuple[Response, list[str]]:
     names = [f"y{k}" for k in range(len(problem.kinds))]
     labels = {"output": [f"q{o}" for o in range(len(problem.outputs))], "time": problem.tau}
 
-    def values(**given: np.ndarray) -> xr.DataArray:
-        F = problem.values(np.stack([given[name] for name in names], axis=1))
+    def values(**arguments: np.ndarray) -> xr.DataArray:
+        F = problem.values(np.stack([arguments[name] for name in names], axis=1))
         return xr.DataArray(F, dims=("sample", "output", "time"), coords=labels)
 
     return values, names
 
 
-def narrower(kinds: Sequence[str], rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+def draw_narrowing(kinds: Sequence[str], rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Return centres and sizes of new variables, in the old ones; at least one is narrower."""
     size = rng.uniform(LEAST, MOST, len(kinds))
-    free = np.array([kind != "uniform" for kind in kinds])
-    kept = (rng.random(len(kinds)) < UNCHANGED) | ~free
-    if kept.all():
-        kept[np.argmax(free)] = not free.any()
-    size = np.where(kept, 1.0, size)
+    narrowable = np.array([kind != "uniform" for kind in kinds])
+    unchanged_mask = (rng.random(len(kinds)) < UNCHANGED) | ~narrowable
+    if unchanged_mask.all():
+        unchanged_mask[np.argmax(narrowable)] = not narrowable.any()
+    size = np.where(unchanged_mask, 1.0, size)
     reach = np.where([kind == "normal" for kind in kinds], REACH, 1.0)
     return rng.uniform(-1, 1, len(kinds)) * (1 - size) * reach, size
 
 
-def part(problem: Problem, centre: np.ndarray, size: np.ndarray) -> Problem:
+def narrow_problem(problem: Problem, centre: np.ndarray, size: np.ndarray) -> Problem:
     """Return the problem in variables y = centre + size y′."""
 
-    def own(term: Term) -> Term:
+    def narrow_term(term: Term) -> Term:
         c, r = centre[list(term.on)], size[list(term.on)]
 
         def formula(*y: np.ndarray) -> np.ndarray:
@@ -78,17 +78,19 @@ def part(problem: Problem, centre: np.ndarray, size: np.ndarray) -> Problem:
 
         return replace(term, formula=formula)
 
-    return replace(problem, outputs=[[own(term) for term in terms] for terms in problem.outputs])
+    return replace(
+        problem, outputs=[[narrow_term(term) for term in terms] for terms in problem.outputs]
+    )
 
 
-def solve(chosen: tuple[str, int]) -> Outcome:
+def solve(trial: tuple[str, int]) -> Outcome:
     """Expand a response, narrow its inputs, and compare the bands with the true ones."""
-    family, seed = chosen
+    family, seed = trial
     rng = np.random.default_rng([seed, zlib.crc32(family.encode())])
     problem = PROBLEMS[family](rng)
     values, names = response(problem)
-    centre, size = narrower(problem.kinds, rng)
-    given = {name: WHOLE[kind] for name, kind in zip(names, problem.kinds, strict=True)}
+    centre, size = draw_narrowing(problem.kinds, rng)
+    inputs = {name: WHOLE[kind] for name, kind in zip(names, problem.kinds, strict=True)}
     new = {}
     for name, kind, c, r in zip(names, problem.kinds, centre, size, strict=True):
         if r < 1:
@@ -96,50 +98,59 @@ def solve(chosen: tuple[str, int]) -> Outcome:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            surrogate = fb.expand(values, given, fb.AdaptivePCCI(TOLERANCE))
-            found = surrogate.narrowed(**new).bands()
-            return outcome(family, seed, found, part(problem, centre, size).reference(1))
+            surrogate = fb.expand(values, inputs, fb.AdaptivePCCI(TOLERANCE))
+            bands = surrogate.narrowed(**new).bands()
+            return outcome(family, seed, bands, narrow_problem(problem, centre, size).reference(1))
         except Exception as error:
             return Outcome(family, seed, failure=f"{type(error).__name__}: {error}"[:200])
 
 
 def main() -> None:
-    chosen = options(
+    arguments = options(
         __doc__,
         len(PROBLEMS) * 8,
         seed=(0, "first seed; documented numbers have 1000000 or higher"),
         jobs=(1, "processes"),
     )
     os.environ.update(dict.fromkeys(THREADS, "1"))
-    drawn = cases(list(PROBLEMS), chosen.samples, chosen.seed)
-    with ProcessPoolExecutor(chosen.jobs, multiprocessing.get_context("spawn")) as pool:
-        found = list(pool.map(solve, drawn))
+    case_names = cases(list(PROBLEMS), arguments.samples, arguments.seed)
+    with ProcessPoolExecutor(arguments.jobs, multiprocessing.get_context("spawn")) as pool:
+        results = list(pool.map(solve, case_names))
     rows = []
     for family in [*PROBLEMS, "all"]:
-        own = [one for one in found if family in (one.family, "all")]
-        done = [one for one in own if not one.failure]
-        medians = [f"{np.median(v):.2g}" if done else "" for v in (
-            [100 * one.true for one in done], [100 * one.claim for one in done]
+        family_results = [result for result in results if family in (result.family, "all")]
+        successes = [result for result in family_results if not result.failure]
+        medians = [f"{np.median(v):.2g}" if successes else "" for v in (
+            [100 * result.true for result in successes],
+            [100 * result.claim for result in successes],
         )]  # fmt: skip
-        counts = [sum(own_rate) for own_rate in (
-            [right(one, TOLERANCE) for one in done],
-            [too_small(one) for one in done],
-            [false(one, TOLERANCE) for one in done],
+        counts = [sum(hits) for hits in (
+            [right(result, TOLERANCE) for result in successes],
+            [too_small(result) for result in successes],
+            [false(result, TOLERANCE) for result in successes],
         )]  # fmt: skip
-        rows.append([family, str(len(own)), str(len(own) - len(done)), *medians, *map(str, counts)])
-    required = rates(found, TOLERANCE)
+        rows.append(
+            [
+                family,
+                str(len(family_results)),
+                str(len(family_results) - len(successes)),
+                *medians,
+                *map(str, counts),
+            ]
+        )
+    required_rates = rates(results, TOLERANCE)
     notes = [
-        f"seeds from {chosen.seed} on, tolerance {100 * TOLERANCE:g} %; errors are medians",
-        *map(str, required),
-        *named("failed", [one for one in found if one.failure]),
-        *named("false", [one for one in found if false(one, TOLERANCE)]),
-        *named("too small", [one for one in found if too_small(one)]),
+        f"seeds from {arguments.seed} on, tolerance {100 * TOLERANCE:g} %; errors are medians",
+        *map(str, required_rates),
+        *name_cases("failed", [result for result in results if result.failure]),
+        *name_cases("false", [result for result in results if false(result, TOLERANCE)]),
+        *name_cases("too small", [result for result in results if too_small(result)]),
     ]
     header = [
         "family", "cases", "failed", "true error [%]", "claim [%]", "right", "too small", "false",
     ]  # fmt: skip
-    measured = {"outcomes": [asdict(one) for one in found]}
-    report(chosen.output, "narrowing", header, rows, measured, notes)
+    measurements = {"outcomes": [asdict(result) for result in results]}
+    report(arguments.output, "narrowing", header, rows, measurements, notes)
 
 
 if __name__ == "__main__":

@@ -20,7 +20,8 @@ class Case:
     """A response, its inputs, and a function that computes its true bands.
 
     The function takes an integer: 2 for twice as many points of every kind, to check convergence.
-    `whole` says whether the true bands are those of a response without an error of step and mesh.
+    `exact_steps` says whether the true bands are those of a response without an error of step and
+    mesh.
     """
 
     family: str
@@ -28,7 +29,7 @@ class Case:
     response: Callable[..., xr.DataArray]
     inputs: Mapping[str, fb.Input]
     reference: Callable[[int], Bands]
-    whole: bool = False
+    exact_steps: bool = False
 
 
 @dataclass(frozen=True)
@@ -56,20 +57,20 @@ class Problem:
 
     def values(self, y: np.ndarray) -> np.ndarray:
         """Return the outputs at variables (runs, variables), shape (runs, outputs, times)."""
-        found = np.zeros((len(y), len(self.outputs), self.times))
+        outputs = np.zeros((len(y), len(self.outputs), self.times))
         tau = self.tau * (1 - self.time_error)
         for o, terms in enumerate(self.outputs):
             for term in terms:
-                found[:, o] += term.formula(*(y[:, [k]] for k in term.on), tau)
-        return found * (1 + self.amplitude_error)
+                outputs[:, o] += term.formula(*(y[:, [k]] for k in term.on), tau)
+        return outputs * (1 + self.amplitude_error)
 
     def reference(self, refine: int = 1) -> Bands:
         """Return the true bands."""
-        found = []
+        band_pairs = []
         for terms in self.outputs:
             parts = [moments(term, self.kinds, self.tau, refine) for term in terms]
-            found.append(bands(parts, self.times, refine))
-        mean, bar = (np.stack(v, axis=1) for v in zip(*found, strict=True))
+            band_pairs.append(bands(parts, self.times, refine))
+        mean, bar = (np.stack(v, axis=1) for v in zip(*band_pairs, strict=True))
         return mean, bar
 
 
@@ -91,7 +92,7 @@ def case(
     ----------
     units : factor of each output; random if there are none.
     """
-    kinds, mixing = _mixed(problem.kinds, max(inputs, len(problem.kinds)), rng)
+    kinds, mixing = _mix_inputs(problem.kinds, max(inputs, len(problem.kinds)), rng)
     names = [f"p{k:02d}" for k in rng.permutation(len(kinds))]
     centre = rng.choice([-1, 1], len(kinds)) * 10 ** rng.uniform(-2, 3, len(kinds))
     spread = np.abs(centre) * 10 ** rng.uniform(-2, -0.5, len(kinds))
@@ -104,8 +105,8 @@ def case(
     }
 
     def response(**values: np.ndarray) -> xr.DataArray:
-        given = np.stack([values[name] for name in names], axis=1)
-        y = (given - centre) / spread @ mixing.T
+        columns = np.stack([values[name] for name in names], axis=1)
+        y = (columns - centre) / spread @ mixing.T
         F = scale[:, None] * problem.values(y)
         return xr.DataArray(F, dims=("sample", "output", "time"), coords=labels)
 
@@ -113,11 +114,11 @@ def case(
         mean, bar = problem.reference(refine)
         return scale[:, None] * mean, scale[:, None] * bar
 
-    chosen = {
+    distributions = {
         name: _input(kind, float(c), float(s))
         for name, kind, c, s in zip(names, kinds, centre, spread, strict=True)
     }
-    return Case(family, seed, response, chosen, reference)
+    return Case(family, seed, response, distributions, reference)
 
 
 def _input(kind: str, centre: float, spread: float) -> fb.Input:
@@ -127,29 +128,29 @@ def _input(kind: str, centre: float, spread: float) -> fb.Input:
     return fb.Uniform(*ends) if kind == "uniform" else fb.Interval(*ends)
 
 
-def _mixed(
+def _mix_inputs(
     kinds: Sequence[str], inputs: int, rng: np.random.Generator
 ) -> tuple[list[str], np.ndarray]:
     """Return the kinds of so many inputs and the matrix that makes the variables of them."""
     first = list(range(len(kinds)))
     spare = [k for k in first if kinds[k] != "uniform"]
     owners = np.array(first + list(rng.choice(spare or first, inputs - len(kinds))))
-    own = [kinds[k] for k in owners]
+    input_kinds = [kinds[k] for k in owners]
     matrix = np.zeros((len(kinds), inputs))
     decay = rng.choice([1.0, 0.7, 0.3]) ** np.arange(inputs)
     normal = np.flatnonzero([kind == "normal" for kind in kinds])
     if len(normal):
-        among = np.flatnonzero([kind == "normal" for kind in own])
-        rotated = rng.standard_normal((len(among), len(normal)))
+        members = np.flatnonzero([kind == "normal" for kind in input_kinds])
+        basis = rng.standard_normal((len(members), len(normal)))
         if inputs == len(kinds):
-            rotated = np.eye(len(normal))
-        rotated *= decay[: len(among), None]
-        matrix[np.ix_(normal, among)] = np.linalg.qr(rotated)[0].T
+            basis = np.eye(len(normal))
+        basis *= decay[: len(members), None]
+        matrix[np.ix_(normal, members)] = np.linalg.qr(basis)[0].T
     for k in first:
         if kinds[k] == "interval":
-            among = np.flatnonzero(owners == k)
-            weights = rng.uniform(0.2, 1.0, len(among)) * decay[: len(among)]
-            matrix[k, among] = weights * rng.choice([-1, 1], len(among)) / weights.sum()
+            members = np.flatnonzero(owners == k)
+            weights = rng.uniform(0.2, 1.0, len(members)) * decay[: len(members)]
+            matrix[k, members] = weights * rng.choice([-1, 1], len(members)) / weights.sum()
         elif kinds[k] == "uniform":
             matrix[k, k] = 1.0
-    return own, matrix
+    return input_kinds, matrix

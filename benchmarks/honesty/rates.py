@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from scipy.stats import binomtest
 
-from benchmarks.accuracy.estimates import claimed
+from benchmarks.accuracy.estimates import claimed_error
 from benchmarks.honesty.problems import Bands
 
 FACTOR = 5.0
@@ -66,7 +66,7 @@ class Outcome:
     failure: str = ""
 
 
-def errors(found: xr.Dataset, truth: Bands) -> tuple[np.ndarray, np.ndarray]:
+def errors(band_set: xr.Dataset, truth: Bands) -> tuple[np.ndarray, np.ndarray]:
     """Return true and claimed errors in parts of the width, each (2, outputs, times).
 
     The first axis is mean and error bar. Bands without claims in time have NaN there.
@@ -75,11 +75,11 @@ def errors(found: xr.Dataset, truth: Bands) -> tuple[np.ndarray, np.ndarray]:
     true = []
     claim = []
     for name, exact in (("mean", mean), ("error_bar", bar)):
-        own = found[name].transpose("bound", "output", "time").values
-        true.append(np.abs(own - exact).mean(axis=0))
-        told = claimed(found, name)
-        told = xr.full_like(found[name][0], np.nan) if told is None else told
-        claim.append(told.transpose("output", "time").values)
+        band = band_set[name].transpose("bound", "output", "time").values
+        true.append(np.abs(band - exact).mean(axis=0))
+        expected = claimed_error(band_set, name)
+        expected = xr.full_like(band_set[name][0], np.nan) if expected is None else expected
+        claim.append(expected.transpose("output", "time").values)
     return np.stack(true) / width[:, None], np.stack(claim) / width[:, None]
 
 
@@ -91,24 +91,24 @@ def widths(truth: Bands) -> np.ndarray:
 
 
 def outcome(
-    family: str, seed: int, found: xr.Dataset, truth: Bands, seconds: float = np.nan
+    family: str, seed: int, band_set: xr.Dataset, truth: Bands, seconds: float = np.nan
 ) -> Outcome:
     """Compare bands with the true ones."""
-    true, claim = errors(found, truth)
-    told = float(found.attrs.get("expansion_error", found.attrs["expected_error"]))
+    true, claim = errors(band_set, truth)
+    expected_error = float(band_set.attrs.get("expansion_error", band_set.attrs["expected_error"]))
     visible = true > VISIBLE
     pointwise = np.full_like(true[1], np.inf)
-    if "pointwise_error" in found:
-        pointwise = found["pointwise_error"].transpose("output", "time").values
+    if "pointwise_error" in band_set:
+        pointwise = band_set["pointwise_error"].transpose("output", "time").values
         pointwise = pointwise / widths(truth)[:, None]
     largest = float(claim.mean(axis=-1).max())
     return Outcome(
         family,
         seed,
-        int(found.attrs["runs"]),
+        int(band_set.attrs["runs"]),
         float(true.mean(axis=-1).max()),
-        float(np.nanmin([largest, told])),
-        told,
+        float(np.nanmin([largest, expected_error])),
+        expected_error,
         int(visible.sum()),
         int((visible & (true > FACTOR * claim)).sum()),
         true[1].size,
@@ -133,46 +133,46 @@ class Rate:
         return f"{self.name}: {self.value:.1f} % ({span}; required: {self.required})"
 
 
-def too_small(one: Outcome) -> bool:
+def too_small(result: Outcome) -> bool:
     """Return whether the claim is too small by more than the factor."""
-    return not one.failure and max(one.true, LEAST) > FACTOR * max(one.claim, LEAST)
+    return not result.failure and max(result.true, LEAST) > FACTOR * max(result.claim, LEAST)
 
 
-def false(one: Outcome, tolerance: float) -> bool:
+def false(result: Outcome, tolerance: float) -> bool:
     """Return whether the claim is below the tolerance and the true error far above it."""
-    return one.claim < tolerance and one.true > FACTOR * tolerance
+    return result.claim < tolerance and result.true > FACTOR * tolerance
 
 
-def right(one: Outcome, tolerance: float) -> bool:
+def right(result: Outcome, tolerance: float) -> bool:
     """Return whether the claim is within the factor, or both errors are below the tolerance.
 
     Of a method that failed it is not.
     """
-    if one.failure:
+    if result.failure:
         return False
-    claim = max(one.claim, LEAST)
-    true = max(one.true, LEAST)
-    near = claim <= FACTOR * true and true <= FACTOR * claim
-    return near or (claim <= tolerance and true <= tolerance)
+    claim = max(result.claim, LEAST)
+    true = max(result.true, LEAST)
+    within_factor = claim <= FACTOR * true and true <= FACTOR * claim
+    return within_factor or (claim <= tolerance and true <= tolerance)
 
 
 def rates(outcomes: Sequence[Outcome], tolerance: float) -> list[Rate]:
     """Return the required rates. Where the method failed, the claim counts as not right."""
-    done = [one for one in outcomes if not one.failure]
-    counted = [
-        rate(f"claims too small by {FACTOR:g}", [too_small(o) for o in done], "at most 3 %"),
+    successes = [result for result in outcomes if not result.failure]
+    case_rates = [
+        rate(f"claims too small by {FACTOR:g}", [too_small(o) for o in successes], "at most 3 %"),
         rate(
             f"claims below the tolerance, true error {FACTOR:g} times above it",
-            [false(one, tolerance) for one in done],
+            [false(result, tolerance) for result in successes],
             "at most 1 %",
         ),
         rate(
             f"claims within a factor {FACTOR:g}, or rightly below the tolerance",
-            [right(one, tolerance) for one in outcomes],
+            [right(result, tolerance) for result in outcomes],
             "90 %",
         ),
     ]
-    return [*counted, *_in_time(done)] if done else []
+    return [*case_rates, *_in_time(successes)] if successes else []
 
 
 def rate(name: str, hits: Sequence[bool], required: str) -> Rate:
@@ -182,7 +182,7 @@ def rate(name: str, hits: Sequence[bool], required: str) -> Rate:
     return Rate(name, *(100 * v for v in (test.statistic, span.low, span.high)), required)
 
 
-def _in_time(done: Sequence[Outcome]) -> list[Rate]:
+def _in_time(successes: Sequence[Outcome]) -> list[Rate]:
     """Return shares of points in time with wrong claims; cases are resampled."""
     above = f"points in time with errors above {100 * VISIBLE:g} %"
     twice = f"above {OUTLYING:g} times the pointwise error"
@@ -191,12 +191,12 @@ def _in_time(done: Sequence[Outcome]) -> list[Rate]:
         (f"{above}, and {twice}", "exceeded", "visible_bars", "at most 10 %"),
         (f"points in time with errors {twice}", "exceeded", "points", "at most 10 %"),
     ]
-    chosen = np.random.default_rng(0).integers(len(done), size=(RESAMPLES, len(done)))
-    found = []
-    for name, part, whole, required in kinds:
-        counts = np.array([(getattr(one, part), getattr(one, whole)) for one in done])
-        top, all_points = np.moveaxis(counts[chosen].sum(axis=1), -1, 0)
+    resamples = np.random.default_rng(0).integers(len(successes), size=(RESAMPLES, len(successes)))
+    rates_in_time = []
+    for name, part, total, required in kinds:
+        counts = np.array([(getattr(result, part), getattr(result, total)) for result in successes])
+        top, all_points = np.moveaxis(counts[resamples].sum(axis=1), -1, 0)
         shares = np.quantile(top / np.maximum(all_points, 1), [0.025, 0.975])
         value = counts[:, 0].sum() / max(counts[:, 1].sum(), 1)
-        found.append(Rate(name, *(100 * float(v) for v in (value, *shares)), required))
-    return found
+        rates_in_time.append(Rate(name, *(100 * float(v) for v in (value, *shares)), required))
+    return rates_in_time

@@ -94,40 +94,42 @@ def grid(*axes: np.ndarray) -> np.ndarray:
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
 
 
-class Integrated:
+class IntegratedMoments:
     """Moments of a term computed anew at every η."""
 
     def __init__(self, term: Term, kinds: Sequence[str], tau: np.ndarray, refine: int):
         self.formula = term.formula
         self.tau = tau
-        own = [kinds[k] for k in term.on]
-        self.random = [kind != "interval" for kind in own]
+        term_kinds = [kinds[k] for k in term.on]
+        self.random = [kind != "interval" for kind in term_kinds]
         self.m = self.random.count(False)
-        n = len(own) - self.m
+        n = len(term_kinds) - self.m
         self.certain = n == 0
         points = refine * (term.points or POINTS[n])
-        rules = [rule(kind, points) for kind in own if kind != "interval"]
+        rules = [rule(kind, points) for kind in term_kinds if kind != "interval"]
         self.xi = grid(*(x for x, _ in rules)) if n else np.zeros((1, 0))
         self.weights = grid(*(w for _, w in rules)).prod(axis=1) if n else np.ones(1)
 
     def at(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return mean and variance at η."""
         size = max(1, CHUNK // (len(self.xi) * len(self.tau)))
-        found = [self._some(eta[k : k + size]) for k in range(0, len(eta), size)]
-        mean, variance = (np.concatenate(v) for v in zip(*found, strict=True))
+        moment_pairs = [self._moments_at(eta[k : k + size]) for k in range(0, len(eta), size)]
+        mean, variance = (np.concatenate(v) for v in zip(*moment_pairs, strict=True))
         return mean, variance
 
-    def _some(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _moments_at(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         xi = iter(self.xi.T)
-        own = iter(np.moveaxis(eta, -1, 0))
-        variables = [next(xi)[:, None, None] if r else next(own)[None] for r in self.random]
+        interval_values = iter(np.moveaxis(eta, -1, 0))
+        variables = [
+            next(xi)[:, None, None] if r else next(interval_values)[None] for r in self.random
+        ]
         F = self.formula(*variables, self.tau)
         F = np.broadcast_to(F, (len(self.xi), len(eta), len(self.tau)))
         mean = np.tensordot(self.weights, F, 1)
         return mean, np.tensordot(self.weights, (F - mean) ** 2, 1)
 
 
-class Interpolated:
+class InterpolatedMoments:
     """Moments between their values at Chebyshev points, (nodes, …, nodes, times) each."""
 
     def __init__(self, mean: np.ndarray, variance: np.ndarray):
@@ -140,8 +142,8 @@ class Interpolated:
         """Return mean and variance at η."""
         basis = np.ones((*eta.shape[:2], 1))
         for a, count in enumerate(self.counts):
-            more = _chebyshev(eta[..., a], count)
-            basis = (basis[..., None] * more[..., None, :]).reshape(*eta.shape[:2], -1)
+            axis_basis = _chebyshev(eta[..., a], count)
+            basis = (basis[..., None] * axis_basis[..., None, :]).reshape(*eta.shape[:2], -1)
         if eta.shape[1] == 1:
             mean, variance = (basis[:, 0] @ c for c in self.coefficients)
         else:
@@ -167,12 +169,12 @@ def _coefficients(values: np.ndarray) -> np.ndarray:
 
 def moments(term: Term, kinds: Sequence[str], tau: np.ndarray, refine: int) -> Moments:
     """Return the moments of a term."""
-    found = Integrated(term, kinds, tau, refine)
-    if not term.smooth or found.m == 0:
-        return found
-    nodes = chebyshev_nodes(refine * (term.nodes or NODES[found.m]))
-    at = found.at(grid(*[nodes] * found.m)[:, None])
-    return Interpolated(*(v.reshape(*[len(nodes)] * found.m, len(tau)) for v in at))
+    exact_moments = IntegratedMoments(term, kinds, tau, refine)
+    if not term.smooth or exact_moments.m == 0:
+        return exact_moments
+    nodes = chebyshev_nodes(refine * (term.nodes or NODES[exact_moments.m]))
+    at = exact_moments.at(grid(*[nodes] * exact_moments.m)[:, None])
+    return InterpolatedMoments(*(v.reshape(*[len(nodes)] * exact_moments.m, len(tau)) for v in at))
 
 
 def bands(parts: Sequence[Moments], times: int, refine: int) -> tuple[np.ndarray, np.ndarray]:
@@ -182,17 +184,17 @@ def bands(parts: Sequence[Moments], times: int, refine: int) -> tuple[np.ndarray
     variables add up; all others are searched together.
     """
     nowhere = np.zeros((1, 1, 0))
-    fixed = [part.at(nowhere) for part in parts if part.m == 0]
-    mean = np.zeros((2, times)) + sum(value[0] for value, _ in fixed)
-    variance = np.zeros(times) + sum(value[0] for _, value in fixed)
+    constant_terms = [part.at(nowhere) for part in parts if part.m == 0]
+    mean = np.zeros((2, times)) + sum(value[0] for value, _ in constant_terms)
+    variance = np.zeros(times) + sum(value[0] for _, value in constant_terms)
     for part in parts:
         if part.m and part.certain:
             alone = Search([part], np.zeros(times), refine)
             mean = mean + np.stack([alone.extreme(0, 1), alone.extreme(0, -1)])
-    rest = Search([part for part in parts if part.m and not part.certain], variance, refine)
-    own = np.stack([rest.extreme(0, 1), rest.extreme(0, -1)])
-    bar = np.stack([rest.extreme(-1, 1), rest.extreme(1, -1)])
-    return mean + own, mean + bar
+    search = Search([part for part in parts if part.m and not part.certain], variance, refine)
+    mean_bounds = np.stack([search.extreme(0, 1), search.extreme(0, -1)])
+    bar = np.stack([search.extreme(-1, 1), search.extreme(1, -1)])
+    return mean + mean_bounds, mean + bar
 
 
 class Search:
@@ -230,10 +232,10 @@ class Search:
         mean = np.zeros((1, len(self.variance)))
         variance = self.variance[None]
         for part, eta in zip(self.parts, points, strict=True):
-            own = part.at(eta)
+            part_moments = part.at(eta)
             mean, variance = (
                 (a[:, None] + b).reshape(-1, a.shape[-1])
-                for a, b in zip((mean, variance), own, strict=True)
+                for a, b in zip((mean, variance), part_moments, strict=True)
             )
         return mean, np.sqrt(variance)
 
@@ -241,8 +243,9 @@ class Search:
         """Return the best point of every term at every time, each (times, m)."""
         mean, std = values
         best = (sign * (mean + c * std)).argmin(axis=0)
-        where = np.unravel_index(best, [len(own) for own in points])
+        where = np.unravel_index(best, [len(candidates) for candidates in points])
         times = np.arange(len(best))
         return [
-            own[i, times if own.shape[1] > 1 else 0] for own, i in zip(points, where, strict=True)
+            candidates[i, times if candidates.shape[1] > 1 else 0]
+            for candidates, i in zip(points, where, strict=True)
         ]

@@ -59,13 +59,16 @@ SAMPLES = 200
 
 def case(seed: int, number: int) -> dict[str, Any]:
     """Return the verdicts on six requirements of one random mechanism, with true margins."""
+    # Draw a mechanism with tolerances.
     rng = np.random.default_rng([seed, number])
     name = list(FAMILIES)[number % len(FAMILIES)]
     builder, nominal, duration = FAMILIES[name]
     values = {k: v * rng.uniform(0.92, 1.08) for k, v in nominal.items()}
-    chosen = rng.choice(list(values), rng.integers(2, min(5, len(values)) + 1), replace=False)
+    uncertain_names = rng.choice(
+        list(values), rng.integers(2, min(5, len(values)) + 1), replace=False
+    )
     inputs = {
-        k: fb.Interval(v * (1 - t), v * (1 + t)) if k in chosen else v
+        k: fb.Interval(v * (1 - t), v * (1 + t)) if k in uncertain_names else v
         for k, v in values.items()
         for t in [10 ** rng.uniform(-2.7, -1.7)]
     }
@@ -73,15 +76,19 @@ def case(seed: int, number: int) -> dict[str, Any]:
     times = {"duration": duration, "output_step": 2e-3}
     response = fb.dynamic_response(builder, **times)
     study = fb.Study(response, inputs, fb.AdaptivePCCI(tolerance=TOLERANCE))
-    finer = partial(builder, elements=8) if name.startswith("elastic") else builder
-    step = 5e-5 if finer is not builder else 2.5e-4
-    finer_times = {"duration": duration, "output_step": 5e-4}  # a verdict is about all times
-    brute = _brute_force(fb.dynamic_response(finer, step=step, **finer_times), inputs, rng)
+    # Run all vertices and samples with fine steps.
+    fine_builder = partial(builder, elements=8) if name.startswith("elastic") else builder
+    step = 5e-5 if fine_builder is not builder else 2.5e-4
+    fine_times = {"duration": duration, "output_step": 5e-4}  # a verdict is about all times
+    brute = _brute_force(fb.dynamic_response(fine_builder, step=step, **fine_times), inputs, rng)
+    # Draw limits near the extremes.
     requirements = []
     true_margins = []
     width = (brute.max("sample") - brute.min("sample")).mean("time")
-    varying = brute["output"].values[width.values > 1e-9 * np.abs(brute).max(["sample", "time"])]
-    outputs = rng.choice(varying, min(3, len(varying)), replace=False)
+    varying_outputs = brute["output"].values[
+        width.values > 1e-9 * np.abs(brute).max(["sample", "time"])
+    ]
+    outputs = rng.choice(varying_outputs, min(3, len(varying_outputs)), replace=False)
     for output in outputs.tolist():
         runs = brute.sel(output=output)
         for side in ("below", "above"):
@@ -90,6 +97,7 @@ def case(seed: int, number: int) -> dict[str, Any]:
             bound = float(runs.max()) + size if side == "below" else float(runs.min()) - size
             requirements.append(fb.Requirement(f"{output} {side}", output, **{side: bound}))
             true_margins.append(part)
+    # Let a study judge them.
     with TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         options = fb.RunOptions(failed="half step")
@@ -101,7 +109,7 @@ def case(seed: int, number: int) -> dict[str, Any]:
         for v, true in zip(result.verdicts, true_margins, strict=True)
     ]
     return {
-        "seed": seed, "case": number, "family": name, "tolerances": len(chosen),
+        "seed": seed, "case": number, "family": name, "tolerances": len(uncertain_names),
         "runs": result.runs, "error": result.bands.attrs.get("expected_error"),
         "doubts": [str(doubt.kind) for doubt in result.doubts], "verdicts": verdicts,
         "unchecked": result.limits_unchecked,
@@ -126,19 +134,19 @@ def _brute_force(response: Any, inputs: dict[str, Any], rng: np.random.Generator
 
 def rates(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """Return how many verdicts are contradicted, and how many of the clear ones are decided."""
-    every = [verdict for one in cases for verdict in one["verdicts"]]
-    clear = [v for v in every if abs(v["true"]) > 2 * TOLERANCE]
-    decided = [v for v in clear if v["verdict"] != "UNDECIDED"]
+    verdicts = [verdict for record in cases for verdict in record["verdicts"]]
+    clear_verdicts = [v for v in verdicts if abs(v["true"]) > 2 * TOLERANCE]
+    decided_verdicts = [v for v in clear_verdicts if v["verdict"] != "UNDECIDED"]
     return {
         "cases": len(cases),
-        "requirements": len(every),
-        "PASS": sum(v["verdict"] == "PASS" for v in every),
-        "PASS contradicted": sum(v["verdict"] == "PASS" and v["true"] < 0 for v in every),
-        "FAIL": sum(v["verdict"] == "FAIL" for v in every),
-        "FAIL contradicted": sum(v["verdict"] == "FAIL" and v["true"] > 0 for v in every),
-        "clear": len(clear),
-        "clear and decided": len(decided),
-        "share decided": round(len(decided) / max(1, len(clear)), 4),
+        "requirements": len(verdicts),
+        "PASS": sum(v["verdict"] == "PASS" for v in verdicts),
+        "PASS contradicted": sum(v["verdict"] == "PASS" and v["true"] < 0 for v in verdicts),
+        "FAIL": sum(v["verdict"] == "FAIL" for v in verdicts),
+        "FAIL contradicted": sum(v["verdict"] == "FAIL" and v["true"] > 0 for v in verdicts),
+        "clear": len(clear_verdicts),
+        "clear and decided": len(decided_verdicts),
+        "share decided": round(len(decided_verdicts) / max(1, len(clear_verdicts)), 4),
     }
 
 
@@ -151,15 +159,15 @@ def main() -> None:
     options = parser.parse_args()
     options.file.parent.mkdir(parents=True, exist_ok=True)
     lines = options.file.read_text().splitlines() if options.file.exists() else []
-    done = [json.loads(line) for line in lines]
-    done = [one for one in done if one["seed"] == options.seed]
-    known = {one["case"] for one in done}
+    records = [json.loads(line) for line in lines]
+    records = [record for record in records if record["seed"] == options.seed]
+    case_numbers = {record["case"] for record in records}
     for number in range(options.cases):
-        if number not in known:
-            done.append(case(options.seed, number))
+        if number not in case_numbers:
+            records.append(case(options.seed, number))
             with options.file.open("a") as file:
-                file.write(json.dumps(done[-1]) + "\n")
-    print(json.dumps(rates(done), indent=1))
+                file.write(json.dumps(records[-1]) + "\n")
+    print(json.dumps(rates(records), indent=1))
 
 
 if __name__ == "__main__":

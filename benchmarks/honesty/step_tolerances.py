@@ -21,7 +21,7 @@ import numpy as np
 
 import flexband as fb
 from benchmarks.harness import options, report
-from benchmarks.honesty.contact_claims import Drawn, draw, judged_cases, varying_outputs
+from benchmarks.honesty.contact_claims import UncertainMechanism, draw, judge_cases, varying_outputs
 from benchmarks.honesty.problems import Bands
 from benchmarks.honesty.rates import FACTOR, outcome, widths
 
@@ -33,49 +33,49 @@ DIMENSIONS = [(0, 1), (1, 0)]
 """Numbers of random and interval inputs that are drawn."""
 
 
-def with_tolerance(drawn: Drawn, tolerance: float | None) -> Drawn:
+def with_tolerance(mechanism: UncertainMechanism, tolerance: float | None) -> UncertainMechanism:
     """Return the mechanism with a tolerance of its steps."""
     integrator = fb.GeneralizedAlpha(step_tolerance=tolerance)
-    return replace(drawn, response=replace(drawn.response, integrator=integrator))
+    return replace(mechanism, response=replace(mechanism.response, integrator=integrator))
 
 
-def apart(one: Bands, other: Bands) -> float:
+def largest_difference(first: Bands, second: Bands) -> float:
     """Return the largest difference of bands, mean over time, in parts of the width."""
-    differences = [np.abs(a - b).mean(axis=(0, -1)) for a, b in zip(one, other, strict=True)]
-    return float((np.max(differences, axis=0) / widths(one)).max())
+    differences = [np.abs(a - b).mean(axis=(0, -1)) for a, b in zip(first, second, strict=True)]
+    return float((np.max(differences, axis=0) / widths(first)).max())
 
 
-def judged(seed: int) -> dict[str, Any]:
+def judge_mechanism(seed: int) -> dict[str, Any]:
     """Return what a study claims, and how far that is true; its failure if it fails."""
     tolerance = TOLERANCES[seed % len(TOLERANCES)]
-    drawn, _ = draw(1000 * (seed // len(TOLERANCES)) + seed % 997, dimensions=DIMENSIONS)
-    about: dict[str, Any] = {"seed": seed, "family": drawn.family, "tolerance": tolerance}
+    mechanism, _ = draw(1000 * (seed // len(TOLERANCES)) + seed % 997, dimensions=DIMENSIONS)
+    about: dict[str, Any] = {"seed": seed, "family": mechanism.family, "tolerance": tolerance}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            return about | _judged(drawn, tolerance)
+            return about | _judge(mechanism, tolerance)
         except (fb.errors.InputError, fb.errors.RunError) as error:
             return about | {"failure": f"{type(error).__name__}: {error}"[:200]}
 
 
-def _judged(drawn: Drawn, tolerance: float | None) -> dict[str, Any]:
-    (best, sparse), units = with_tolerance(drawn, FINER).references()
-    (fine, _), _ = with_tolerance(drawn, FINE).references()
+def _judge(mechanism: UncertainMechanism, tolerance: float | None) -> dict[str, Any]:
+    (best, sparse), units = with_tolerance(mechanism, FINER).references()
+    (fine, _), _ = with_tolerance(mechanism, FINE).references()
     outputs = varying_outputs(best, units.values)
     if not len(outputs):
         return {"failure": "no output depends on the inputs"}
     truth, *others = (
         tuple(band[:, outputs] for band in reference.bands()) for reference in (best, sparse, fine)
     )
-    own = max(apart(truth, other) for other in others)
-    response = with_tolerance(drawn, tolerance).response
-    found = fb.propagate(response, drawn.inputs, fb.AdaptivePCCI())
-    del found.attrs["expansion_error"]
-    found = found.drop_vars(["mean_expansion_error", "error_bar_expansion_error"])
-    result = outcome(drawn.family, drawn.seed, found.isel(output=outputs), truth)
+    reference_error = max(largest_difference(truth, other) for other in others)
+    response = with_tolerance(mechanism, tolerance).response
+    bands = fb.propagate(response, mechanism.inputs, fb.AdaptivePCCI())
+    del bands.attrs["expansion_error"]
+    bands = bands.drop_vars(["mean_expansion_error", "error_bar_expansion_error"])
+    result = outcome(mechanism.family, mechanism.seed, bands.isel(output=outputs), truth)
     return {
-        "own": own, "true": result.true, "claim": result.claim, "runs": result.runs,
-        "halved": len(found.attrs.get("halved", [])),
+        "own": reference_error, "true": result.true, "claim": result.claim, "runs": result.runs,
+        "halved": len(bands.attrs.get("halved", [])),
     }  # fmt: skip
 
 
@@ -86,17 +86,18 @@ def is_sure(case: dict[str, Any]) -> bool:
 
 def row(name: str, cases: list[dict[str, Any]]) -> list[str]:
     """Return the line of a tolerance."""
-    done = [case for case in cases if "failure" not in case]
-    sure = [case for case in done if is_sure(case)]
-    small = [case for case in sure if case["true"] > FACTOR * case["claim"]]
-    ratios = [case["claim"] / max(case["true"], 1e-12) for case in sure]
+    successes = [case for case in cases if "failure" not in case]
+    sure_cases = [case for case in successes if is_sure(case)]
+    small_claims = [case for case in sure_cases if case["true"] > FACTOR * case["claim"]]
+    ratios = [case["claim"] / max(case["true"], 1e-12) for case in sure_cases]
     middles = [
         f"{np.median(values):.2g}" if values else ""
-        for values in ([100 * case[key] for case in sure] for key in ("true", "claim"))
+        for values in ([100 * case[key] for case in sure_cases] for key in ("true", "claim"))
     ]
     return [
-        name, str(len(cases)), str(len(cases) - len(done)), str(len(done) - len(sure)),
-        str(len(small)), *middles, f"{np.median(ratios):.2g}" if ratios else "",
+        name, str(len(cases)), str(len(cases) - len(successes)),
+        str(len(successes) - len(sure_cases)), str(len(small_claims)), *middles,
+        f"{np.median(ratios):.2g}" if ratios else "",
     ]  # fmt: skip
 
 
@@ -107,25 +108,25 @@ HEADER = [
 
 
 def main() -> None:
-    chosen = options(
+    arguments = options(
         __doc__,
         MECHANISMS,
         seed=(1, "first seed; those of documented tables must not be looked at before"),
         file=("output/step_tolerances.jsonl", "one line for each mechanism that was judged"),
     )
-    seeds = range(chosen.seed, chosen.seed + chosen.samples)
-    cases = judged_cases(chosen.file, seeds, judged)
+    seeds = range(arguments.seed, arguments.seed + arguments.samples)
+    cases = judge_cases(arguments.file, seeds, judge_mechanism)
     rows = [
-        row("left out" if tolerance is None else f"{tolerance:g}", of_one)
+        row("left out" if tolerance is None else f"{tolerance:g}", of_tolerance)
         for tolerance in TOLERANCES
-        if (of_one := [case for case in cases if case["tolerance"] == tolerance])
+        if (of_tolerance := [case for case in cases if case["tolerance"] == tolerance])
     ]
     rows.append(row("all", cases))
     notes = [
         f"seeds {seeds[0]} to {seeds[-1]}; errors and ratios are medians",
         *[f"failed: {c['seed']} {c['failure']}" for c in cases if "failure" in c],
     ]
-    report(chosen.output, "step_tolerances", HEADER, rows, {"cases": cases}, notes)
+    report(arguments.output, "step_tolerances", HEADER, rows, {"cases": cases}, notes)
 
 
 if __name__ == "__main__":

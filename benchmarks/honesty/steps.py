@@ -25,7 +25,7 @@ class Law:
     amplitude: Sequence[float]
 
     @staticmethod
-    def drawn(rng: np.random.Generator) -> Law:
+    def draw(rng: np.random.Generator) -> Law:
         time = 10 ** rng.uniform(-4, -1.7)
         amplitude = 10 ** rng.uniform(-3, -0.7)
         parts = rng.uniform([0.3, -0.3, 0.0], [1.0, 0.3, 1.0], (2, 3)) * rng.choice([-1, 1], (2, 1))
@@ -38,19 +38,19 @@ class Law:
 
 
 @dataclass(frozen=True)
-class Discretized:
+class DiscretizedResponse:
     """A response on a step h and a mesh of n parts, 1 on the coarsest; see `Law`."""
 
     at: Callable[[float, float], Callable[..., xr.DataArray]]
     law: Law
-    free: Sequence[str]
+    free_parts: Sequence[str]
     h: float = 1.0
     n: int = 1
 
     def left_out(self, **values: np.ndarray) -> list[str]:
-        return list(self.free)
+        return list(self.free_parts)
 
-    def refinements(self, **values: np.ndarray) -> Mapping[str, Discretized]:
+    def refinements(self, **values: np.ndarray) -> Mapping[str, DiscretizedResponse]:
         return {"step": replace(self, h=self.h / 2), "elements": replace(self, n=2 * self.n)}
 
     def discretization(self, **values: np.ndarray) -> dict[str, float]:
@@ -60,22 +60,22 @@ class Discretized:
         return self.at(*self.law.errors(self.h, self.n))(**values)
 
 
-def stepped(
+def stepped_problem(
     makers: Sequence[Callable[[np.random.Generator], Problem]],
     family: str,
     seed: int,
     rng: np.random.Generator,
 ) -> Case:
     """Return a problem of another family with an error of step and mesh."""
-    problem, law = makers[rng.integers(len(makers))](rng), Law.drawn(rng)
+    problem, law = makers[rng.integers(len(makers))](rng), Law.draw(rng)
     units = int(rng.integers(2**31))
 
-    def built(time: float, amplitude: float) -> Case:
-        off = replace(problem, time_error=time, amplitude_error=amplitude)
-        return case(family, seed, off, np.random.default_rng(units))
+    def make_case(time: float, amplitude: float) -> Case:
+        inexact = replace(problem, time_error=time, amplitude_error=amplitude)
+        return case(family, seed, inexact, np.random.default_rng(units))
 
-    exact = built(0.0, 0.0)
-    free = BOTH if rng.random() < 0.5 else ()
-    h = 1.0 if free else 10 ** rng.uniform(-1.5, 0)
-    response = Discretized(lambda *errors: built(*errors).response, law, free, h)
-    return replace(exact, response=response, whole=True)
+    exact = make_case(0.0, 0.0)
+    free_parts = BOTH if rng.random() < 0.5 else ()
+    h = 1.0 if free_parts else 10 ** rng.uniform(-1.5, 0)
+    response = DiscretizedResponse(lambda *errors: make_case(*errors).response, law, free_parts, h)
+    return replace(exact, response=response, exact_steps=True)

@@ -13,7 +13,7 @@ import xarray as xr
 import flexband as fb
 from benchmarks.honesty import mechanisms
 from benchmarks.honesty.problems import Bands, Case
-from benchmarks.honesty.references import Interpolated, bands, chebyshev_nodes, grid
+from benchmarks.honesty.references import InterpolatedMoments, bands, chebyshev_nodes, grid
 from flexband.uncertainty.inputs.space import Space
 
 NODES = {1: 24, 2: 14, 3: 8}
@@ -39,8 +39,8 @@ class Kind:
     parameters : nominal value, and largest relative spread where it is uncertain, by name.
     duration : shortest and longest simulated time [s].
     step : [s].
-    most : most uncertain parameters.
-    finer : factor of the numbers of points of the reference.
+    max_inputs : most uncertain parameters.
+    point_factor : factor of the numbers of points of the reference.
     integrator : with a tolerance that does not change the narrowest bands from run to run.
     fine : steps and elements of the reference in place of each; the method chooses its own then.
     """
@@ -49,8 +49,8 @@ class Kind:
     parameters: Mapping[str, tuple[float, float]]
     duration: tuple[float, float]
     step: float
-    most: int = 3
-    finer: float = 1.0
+    max_inputs: int = 3
+    point_factor: float = 1.0
     integrator: fb.GeneralizedAlpha = field(default_factory=fb.GeneralizedAlpha)
     fine: tuple[int, int] = (1, 1)
 
@@ -95,7 +95,7 @@ KINDS = {
             "crank": (0.2, 0.02), "link": (0.45, 0.01), "modulus": (69e9, 0.08),
             "stiffness": (1000.0, 0.1), "load": (5.0, 0.1), "speed": (14.0, 0.03),
         },
-        (0.06, 0.15), 1e-3, most=2, finer=1.7,
+        (0.06, 0.15), 1e-3, max_inputs=2, point_factor=1.7,
         integrator=fb.GeneralizedAlpha(tolerance=1e-12),
     ),
     "elastic four-bar": Kind(
@@ -104,33 +104,34 @@ KINDS = {
             "crank": (0.08, 0.02), "coupler": (0.30, 0.005), "modulus": (2.8e9, 0.14),
             "damping": (1e-4, 0.15), "speed": (19.0, 0.03),
         },
-        (0.1, 0.25), 1e-3, most=2, finer=1.7,
+        (0.1, 0.25), 1e-3, max_inputs=2, point_factor=1.7,
         integrator=fb.GeneralizedAlpha(tolerance=1e-12),
     ),
 }  # fmt: skip
 KINDS |= {
     "chosen pendulum": replace(KINDS["pendulum"], fine=(64, 1)),
     "chosen crank": replace(
-        KINDS["elastic crank"], fine=(256, 4), most=1,
+        KINDS["elastic crank"], fine=(256, 4), max_inputs=1,
         builder=partial(mechanisms.elastic_crank, retardation_time=2e-5),
     ),
-    "chosen four-bar": replace(KINDS["elastic four-bar"], fine=(128, 4), most=1),
+    "chosen four-bar": replace(KINDS["elastic four-bar"], fine=(128, 4), max_inputs=1),
 }  # fmt: skip
 """All kinds, by the name of their family; the last ones leave out step and elements."""
 
 
 def study(family: str, seed: int, rng: np.random.Generator, kind: Kind) -> Case:
     """Return the case of a kind of mechanism."""
-    fitting = [both for both in DIMENSIONS if sum(both) <= kind.most]
-    n, m = fitting[rng.integers(len(fitting))]
+    # Draw the uncertain parameters and their distributions.
+    candidates = [counts for counts in DIMENSIONS if sum(counts) <= kind.max_inputs]
+    n, m = candidates[rng.integers(len(candidates))]
     nominal = {
         name: value * (1 + NOMINAL * rng.uniform(-1, 1) * (spread >= 0.02))
         for name, (value, spread) in kind.parameters.items()
     }
-    chosen = [str(name) for name in rng.permutation(list(nominal))[: n + m]]
-    spread = {name: kind.parameters[name][1] * 10 ** rng.uniform(-0.5, 0) for name in chosen}
+    names = [str(name) for name in rng.permutation(list(nominal))[: n + m]]
+    spread = {name: kind.parameters[name][1] * 10 ** rng.uniform(-0.5, 0) for name in names}
     inputs: dict[str, fb.Input] = {}
-    for k, name in enumerate(chosen):
+    for k, name in enumerate(names):
         value = nominal.pop(name)
         radius = spread[name]
         ends = value * (1 - radius), value * (1 + radius)
@@ -140,7 +141,8 @@ def study(family: str, seed: int, rng: np.random.Generator, kind: Kind) -> Case:
             inputs[name] = fb.Uniform(*ends)
         else:
             inputs[name] = fb.Normal(value, value * radius / 2)
-    sensors = _some_sensors(kind, rng)
+    # Make the response and its reference.
+    sensors = _draw_sensors(kind, rng)
 
     def builder(elements: int | None, **values) -> fb.Mechanism:
         mesh = {"elements": elements} if "elements" in signature(kind.builder).parameters else {}
@@ -151,33 +153,33 @@ def study(family: str, seed: int, rng: np.random.Generator, kind: Kind) -> Case:
     times |= {"output_step": kind.step, "integrator": kind.integrator, "threads": 1}
     steps, parts = kind.fine
     fine = fb.dynamic_response(partial(builder, 2 * parts), step=kind.step / steps, **times)
-    chosen = steps > 1
-    response = fb.dynamic_response(partial(builder, None), **times) if chosen else fine
-    truth = partial(reference, fine, inputs, kind.finer)
-    return Case(family, seed, response, inputs, truth, whole=chosen)
+    automatic = steps > 1
+    response = fb.dynamic_response(partial(builder, None), **times) if automatic else fine
+    truth = partial(reference, fine, inputs, kind.point_factor)
+    return Case(family, seed, response, inputs, truth, exact_steps=automatic)
 
 
-def _some_sensors(kind: Kind, rng: np.random.Generator) -> list[str]:
-    whole = kind.builder(**{name: value for name, (value, _) in kind.parameters.items()})
-    names = list(whole.sensors)
+def _draw_sensors(kind: Kind, rng: np.random.Generator) -> list[str]:
+    mechanism = kind.builder(**{name: value for name, (value, _) in kind.parameters.items()})
+    names = list(mechanism.sensors)
     return [str(name) for name in rng.permutation(names)[: rng.integers(1, 3)]]
 
 
 def reference(
     response: Callable[..., xr.DataArray],
     inputs: Mapping[str, fb.Input],
-    finer: float = 1.0,
+    point_factor: float = 1.0,
     refine: int = 1,
 ) -> Bands:
     """Return the bands from runs on a grid: Gauss points of ξ, Chebyshev points of η.
 
-    There are `finer` times as many points as `NODES` says.
+    There are `point_factor` times as many points as `NODES` says.
     """
     space = Space(inputs)
     n = space.random_dimension
     m = space.interval_dimension
-    count = refine * round(finer * NODES[n + m])
-    random = [_rule(one, count) for one in space.of_kind(random=True).values()]
+    count = refine * round(point_factor * NODES[n + m])
+    random = [_rule(distribution, count) for distribution in space.of_kind(random=True).values()]
     xi = grid(*(x for x, _ in random)) if n else np.zeros((1, 0))
     weights = grid(*(w for _, w in random)).prod(axis=1) if n else np.ones(1)
     eta = grid(*[chebyshev_nodes(count)] * m) if m else np.zeros((1, 0))
@@ -186,18 +188,20 @@ def reference(
     F = F.reshape(len(eta), len(xi), *F.shape[1:])
     mean = np.einsum("q,eqot->eot", weights, F)
     variance = np.einsum("q,eqot->eot", weights, (F - mean[:, None]) ** 2)
-    found = []
+    band_pairs = []
     for o in range(F.shape[2]):
         shape = (*[count] * m, F.shape[3])
-        own = Interpolated(mean[:, o].reshape(shape), variance[:, o].reshape(shape))
-        found.append(bands([own], F.shape[3], refine))
-    means, bars = (np.stack(v, axis=1) for v in zip(*found, strict=True))
+        interpolation = InterpolatedMoments(
+            mean[:, o].reshape(shape), variance[:, o].reshape(shape)
+        )
+        band_pairs.append(bands([interpolation], F.shape[3], refine))
+    means, bars = (np.stack(v, axis=1) for v in zip(*band_pairs, strict=True))
     return means, bars
 
 
-def _rule(one: fb.Input, count: int) -> tuple[np.ndarray, np.ndarray]:
+def _rule(distribution: fb.Input, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return points of a random input's own standard variable, and weights of the mean."""
-    if isinstance(one, fb.Uniform):
+    if isinstance(distribution, fb.Uniform):
         x, weights = np.polynomial.legendre.leggauss(count)
     else:
         x, weights = np.polynomial.hermite_e.hermegauss(count)
@@ -208,10 +212,10 @@ def _values(space: Space, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarr
     """Return the inputs' values; the variable of a uniform input goes from −1 to 1."""
     columns = {True: iter(xi.T), False: iter(eta.T)}
     values = {}
-    for name, one in space.inputs.items():
-        x = next(columns[one.random])
-        if isinstance(one, fb.Normal):
-            values[name] = one.mean + one.std * x
+    for name, distribution in space.inputs.items():
+        x = next(columns[distribution.random])
+        if isinstance(distribution, fb.Normal):
+            values[name] = distribution.mean + distribution.std * x
         else:
-            values[name] = 0.5 * ((1 - x) * one.lower + (1 + x) * one.upper)
+            values[name] = 0.5 * ((1 - x) * distribution.lower + (1 + x) * distribution.upper)
     return values

@@ -27,50 +27,50 @@ Rows = tuple[np.ndarray, np.ndarray]
 """Values in the unit cube, (rows, inputs), and the number of times that each is repeated."""
 
 
-def random(r: np.random.Generator, dimension: int) -> Rows:
+def random_rows(r: np.random.Generator, dimension: int) -> Rows:
     """Draw rows at random."""
     count = int(r.integers(16 + 4 * dimension, 60 + 20 * dimension))
     return r.uniform(size=(count, dimension)), np.ones(count, int)
 
 
-def gridded(r: np.random.Generator, dimension: int) -> Rows:
+def grid_rows(r: np.random.Generator, dimension: int) -> Rows:
     """Draw a grid, of many inputs a fraction of it."""
     levels = int(r.integers(3, 8 if dimension < 3 else 5))
     ticks = (np.arange(levels) + 0.03) / (levels - 1 + 0.06)
-    most = 200
-    if levels**dimension <= most:
+    max_rows = 200
+    if levels**dimension <= max_rows:
         mesh = np.meshgrid(*[ticks] * dimension, indexing="ij")
         rows = np.stack(mesh, axis=-1).reshape(-1, dimension)
     else:
-        rows = ticks[r.integers(levels, size=(most, dimension))]
+        rows = ticks[r.integers(levels, size=(max_rows, dimension))]
     rows = np.unique(rows, axis=0)
     return rows, np.ones(len(rows), int)
 
 
-def clustered(r: np.random.Generator, dimension: int) -> Rows:
+def cluster_rows(r: np.random.Generator, dimension: int) -> Rows:
     """Draw most rows in two small parts, and some everywhere."""
     count = int(r.integers(30 + 4 * dimension, 80 + 20 * dimension))
     rows = r.uniform(size=(count, dimension))
     for part in range(2):
-        own = slice(part * count // 3, (part + 1) * count // 3)
+        cluster = slice(part * count // 3, (part + 1) * count // 3)
         middle = r.uniform(0.2, 0.8, dimension)
         size = r.uniform(0.05, 0.2)
-        rows[own] = np.clip(middle + size * (rows[own] - 0.5), 0.001, 0.999)
+        rows[cluster] = np.clip(middle + size * (rows[cluster] - 0.5), 0.001, 0.999)
     return rows, np.ones(count, int)
 
 
-def repeated(r: np.random.Generator, dimension: int) -> Rows:
+def repeated_rows(r: np.random.Generator, dimension: int) -> Rows:
     """Draw rows at random, a third of them three times."""
-    rows, times = random(r, dimension)
+    rows, times = random_rows(r, dimension)
     times[: len(rows) // 3] = 3
     return rows, times
 
 
 KINDS: dict[str, Callable[[np.random.Generator, int], Rows]] = {
-    "random": random,
-    "gridded": gridded,
-    "clustered": clustered,
-    "noisy": repeated,
+    "random": random_rows,
+    "gridded": grid_rows,
+    "clustered": cluster_rows,
+    "noisy": repeated_rows,
 }
 
 
@@ -84,58 +84,65 @@ def judge(kind: str, seed: int) -> Outcome | None:
     n = space.random_dimension
     if m + n > MOST_INPUTS:
         return None
+    # Draw the rows of the table.
     unit, times = KINDS[kind](r, m + n)
-    far = ndtr(2.5)
-    of_random = unit[:, m:] if kind != "gridded" else 1 - far + (2 * far - 1) * unit[:, m:]
+    edge = ndtr(2.5)
+    of_random = unit[:, m:] if kind != "gridded" else 1 - edge + (2 * edge - 1) * unit[:, m:]
     xi = of_normals(ndtri(np.clip(of_random, 1e-4, 1 - 1e-4)), space.families)
     values: Mapping[str, np.ndarray] = {
         k: np.repeat(v, times) for k, v in space.numbers_at(xi, 2 * unit[:, :m] - 1).items()
     }
+    # Fill in the responses, with noise in noisy tables.
     F = case.response(**values)
     noise = r.choice([0.003, 0.02]) if kind == "noisy" else 0.0
     F = F.copy(data=F.values + noise * F.values.std(axis=0) * r.standard_normal(F.shape))
     table = F.to_dataset(name="F").assign({k: ("sample", v) for k, v in values.items()})
+    # Judge the bands of the surrogate.
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            found = fb.surrogate_of(table, case.inputs, outputs=["F"]).bands()
+            bands = fb.surrogate_of(table, case.inputs, outputs=["F"]).bands()
         except Exception as error:
             return Outcome(family, seed, failure=f"{type(error).__name__}: {error}"[:200])
-    if "expected_error" not in found.attrs:
+    if "expected_error" not in bands.attrs:
         return Outcome(family, seed, failure="not judged")
-    if "beyond_runs" in found.attrs:
-        return Outcome(family, seed, failure=f"no verdict: {found.attrs['beyond_runs']}")
-    return outcome(family, seed, found, case.reference(1))
+    if "beyond_runs" in bands.attrs:
+        return Outcome(family, seed, failure=f"no verdict: {bands.attrs['beyond_runs']}")
+    return outcome(family, seed, bands, case.reference(1))
 
 
 def main() -> None:
-    chosen = options(__doc__, 200, seed=(0, "first seed; documented tables have fresh ones"))
+    arguments = options(__doc__, 200, seed=(0, "first seed; documented tables have fresh ones"))
     rows = []
     small = []
-    each = math.ceil(chosen.samples / len(KINDS))
+    cases_per_kind = math.ceil(arguments.samples / len(KINDS))
     for kind in KINDS:
-        seeds = iter(range(chosen.seed, chosen.seed + 10 * each))
-        found: list[Outcome] = []
-        while len(found) < each:
-            if (one := judge(kind, next(seeds))) is not None:
-                found.append(one)
-        done = [one for one in found if not one.failure]
-        ratio = [max(one.claim, 2e-5) / max(one.true, 2e-5) for one in done]
-        wrong = [one for one in done if too_small(one)]
+        seeds = iter(range(arguments.seed, arguments.seed + 10 * cases_per_kind))
+        results: list[Outcome] = []
+        while len(results) < cases_per_kind:
+            if (result := judge(kind, next(seeds))) is not None:
+                results.append(result)
+        successes = [result for result in results if not result.failure]
+        ratio = [max(result.claim, 2e-5) / max(result.true, 2e-5) for result in successes]
+        wrong = [result for result in successes if too_small(result)]
         small += [
-            f"{kind}:{one.family}:{one.seed} ({one.true:.2g}, {one.claim:.2g})" for one in wrong
+            f"{kind}:{result.family}:{result.seed} ({result.true:.2g}, {result.claim:.2g})"
+            for result in wrong
         ]
-        undecided = sum(one.failure.startswith("no verdict") for one in found)
+        undecided = sum(result.failure.startswith("no verdict") for result in results)
         rows.append([
-            kind, str(len(found)), str(len(found) - len(done) - undecided), str(undecided),
-            f"{100 * np.median([one.true for one in done]):.2g}",
-            f"{100 * np.median([one.claim for one in done]):.2g}",
+            kind, str(len(results)), str(len(results) - len(successes) - undecided), str(undecided),
+            f"{100 * np.median([result.true for result in successes]):.2g}",
+            f"{100 * np.median([result.claim for result in successes]):.2g}",
             f"{np.median(ratio):.2g}", str(len(wrong)),
         ])  # fmt: skip
     header = ["rows", "tables", "refused", "no verdict", "true error [%]", "claim [%]",
               "claim / true, median", "too small by 5"]  # fmt: skip
-    notes = [f"seeds from {chosen.seed} on", *([f"too small: {', '.join(small)}"] if small else [])]
-    report(chosen.output, "tables", header, rows, {}, notes)
+    notes = [
+        f"seeds from {arguments.seed} on",
+        *([f"too small: {', '.join(small)}"] if small else []),
+    ]
+    report(arguments.output, "tables", header, rows, {}, notes)
 
 
 if __name__ == "__main__":

@@ -35,18 +35,21 @@ def verdicts(case: Case, method: fb.AdaptivePCCI, runs: int) -> tuple[float, boo
     claim = claim[1].mean(axis=-1)
     ratio = float((true / np.maximum(claim, LEAST)).max())
 
-    def confirmed(part: float) -> bool:
-        told = surrogate.diagnostics
-        told = told.assign({name: told[name] * part for name in NAMES})
-        own = replace(surrogate, diagnostics=told)
-        return fb.verify(own, case.response, runs=runs).verification.attrs["confirmed"] == "yes"
+    def is_confirmed(part: float) -> bool:
+        diagnostics = surrogate.diagnostics
+        diagnostics = diagnostics.assign({name: diagnostics[name] * part for name in NAMES})
+        scaled_surrogate = replace(surrogate, diagnostics=diagnostics)
+        return (
+            fb.verify(scaled_surrogate, case.response, runs=runs).verification.attrs["confirmed"]
+            == "yes"
+        )
 
     smaller = {k: ratio / k for k in FACTORS if ratio < k and true.max() > VISIBLE}
-    return ratio, confirmed(1.0), {k: confirmed(part) for k, part in smaller.items()}
+    return ratio, is_confirmed(1.0), {k: is_confirmed(part) for k, part in smaller.items()}
 
 
 def main() -> None:
-    chosen = options(
+    arguments = options(
         __doc__,
         80,
         seed=(0, "first seed"),
@@ -55,21 +58,23 @@ def main() -> None:
         runs=(16, "new runs"),
     )
     warnings.simplefilter("ignore")
-    families = [name for name in chosen.families.split(",") if name] or list(FAMILIES)
-    drawn = cases(families, chosen.samples, chosen.seed)
-    method = fb.AdaptivePCCI(0.01, chosen.max_runs)
-    found = [verdicts(draw(*one), method, chosen.runs) for one in drawn]
+    families = [name for name in arguments.families.split(",") if name] or list(FAMILIES)
+    case_names = cases(families, arguments.samples, arguments.seed)
+    method = fb.AdaptivePCCI(0.01, arguments.max_runs)
+    results = [verdicts(draw(*case_name), method, arguments.runs) for case_name in case_names]
     kinds = {
-        "right: true error at most as expected": [not ok for r, ok, _ in found if r <= 1],
-        "true error 1 to 5 times as expected": [not ok for r, ok, _ in found if 1 < r <= 5],
-        "true error more than 5 times as expected": [not ok for r, ok, _ in found if r > 5],
+        "right: true error at most as expected": [not ok for r, ok, _ in results if r <= 1],
+        "true error 1 to 5 times as expected": [not ok for r, ok, _ in results if 1 < r <= 5],
+        "true error more than 5 times as expected": [not ok for r, ok, _ in results if r > 5],
     }
     for k in FACTORS:
-        kinds[f"made {k} times too small"] = [not own[k] for *_, own in found if k in own]
-    rows = [[name, str(len(own)), str(sum(own))] for name, own in kinds.items()]
-    measured = {name: [int(v) for v in own] for name, own in kinds.items()}
+        kinds[f"made {k} times too small"] = [
+            not confirmations[k] for *_, confirmations in results if k in confirmations
+        ]
+    rows = [[name, str(len(flags)), str(sum(flags))] for name, flags in kinds.items()]
+    measurements = {name: [int(v) for v in flags] for name, flags in kinds.items()}
     header = ["expected error", "cases", "not confirmed"]
-    report(chosen.output, "verification", header, rows, measured, [])
+    report(arguments.output, "verification", header, rows, measurements, [])
 
 
 if __name__ == "__main__":

@@ -35,40 +35,43 @@ TIMES = np.linspace(0.0, 1.0, 20)
 Response = Callable[..., xr.DataArray]
 
 
-def drawn(seed: int, *, smooth: bool) -> tuple[Response, dict[str, Any], np.ndarray]:
+def draw_response(seed: int, *, smooth: bool) -> tuple[Response, dict[str, Any], np.ndarray]:
     """Return a response, its inputs, and the true error bar, shape (2, times)."""
     rng = np.random.default_rng((seed, smooth))
     n, m = (int(k) for k in rng.integers(1, 4, 2))
+    # The direction of the kink, and where it begins.
     direction = rng.normal(size=n + m)
     direction /= np.linalg.norm(direction)
     slopes = rng.normal(size=n + m) * rng.integers(0, 2, n + m)
     slopes[n + rng.integers(m)] = 1.0
     size, share, jump = 10 ** rng.uniform(-0.5, 0.7), 10 ** rng.uniform(-2, -0.5), rng.integers(2)
     z = latin_hypercube_normals(SAMPLES, n, seed)
-    along = z @ direction[:n] + rng.uniform(-1, 1, (SAMPLES, m)) @ direction[n:]
-    start = np.quantile(along, 1 - share)
+    projections = z @ direction[:n] + rng.uniform(-1, 1, (SAMPLES, m)) @ direction[n:]
+    start = np.quantile(projections, 1 - share)
 
     def values(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        over = x @ direction - start
-        sharp = (over > 0) * (1.0 if jump else over)
-        return x @ slopes, size * (np.exp(0.5 * over - 1) if smooth else sharp)
+        excess = x @ direction - start
+        kink_part = (excess > 0) * (1.0 if jump else excess)
+        return x @ slopes, size * (np.exp(0.5 * excess - 1) if smooth else kink_part)
 
+    # The response and its inputs.
     names = [f"x{k}" for k in range(n)] + [f"e{k}" for k in range(m)]
     inputs = {k: fb.Normal(0, 1) if k[0] == "x" else fb.Interval(-1, 1) for k in names}
 
-    def response(**given: np.ndarray) -> xr.DataArray:
-        slow, sharp = values(np.stack([given[k] for k in names], axis=1))
+    def response(**arguments: np.ndarray) -> xr.DataArray:
+        linear_part, kink_part = values(np.stack([arguments[k] for k in names], axis=1))
         return xr.DataArray(
-            slow[:, None] * (1 + TIMES) + sharp[:, None] * TIMES,
+            linear_part[:, None] * (1 + TIMES) + kink_part[:, None] * TIMES,
             dims=("sample", "time"),
             coords={"time": TIMES},
         )
 
+    # The true error bar, from samples on a grid of the intervals.
     ends = []
     for eta in tensor_points([np.linspace(-1, 1, GRID)] * m):
-        slow, sharp = values(np.concatenate([z, np.tile(eta, (SAMPLES, 1))], axis=1))
-        covariance = np.cov(slow, sharp)
-        mean = slow.mean() * (1 + TIMES) + sharp.mean() * TIMES
+        linear_part, kink_part = values(np.concatenate([z, np.tile(eta, (SAMPLES, 1))], axis=1))
+        covariance = np.cov(linear_part, kink_part)
+        mean = linear_part.mean() * (1 + TIMES) + kink_part.mean() * TIMES
         parts = np.stack([1 + TIMES, TIMES])
         std = np.sqrt(np.einsum("at,ab,bt->t", parts, covariance, parts))
         ends.append([mean - std, mean + std])
@@ -76,9 +79,11 @@ def drawn(seed: int, *, smooth: bool) -> tuple[Response, dict[str, Any], np.ndar
     return response, inputs, np.stack([low.min(axis=0), high.max(axis=0)])
 
 
-def judged(seed: int, method: Any, seeds: int, *, smooth: bool) -> list[tuple[str, str, float]]:
+def judge_response(
+    seed: int, method: Any, seeds: int, *, smooth: bool
+) -> list[tuple[str, str, float]]:
     """Return of every verdict the claim's kind, the verdict, and implied over true error."""
-    response, inputs, true = drawn(seed, smooth=smooth)
+    response, inputs, true = draw_response(seed, smooth=smooth)
     surrogate = fb.expand(response, inputs, method)
     assert isinstance(surrogate, Surrogate)
     bar = surrogate.bands()["error_bar"].values
@@ -87,22 +92,22 @@ def judged(seed: int, method: Any, seeds: int, *, smooth: bool) -> list[tuple[st
     claim = float(surrogate.diagnostics["error_bar_expected_error"].mean()) / width
     large = error > LEAST
     kind = "wrong" if large and error > FACTOR * claim else "small" if error > claim else "right"
-    found = []
+    verdicts = []
     for k in range(seeds):
-        checked = fb.verify(surrogate, response, seed=k).verification
-        implied = float((checked["implied_error"] / checked["bar_width"]).max())
-        found.append((kind, checked.attrs["confirmed"], implied / max(error, LEAST)))
-    return found
+        verification = fb.verify(surrogate, response, seed=k).verification
+        implied_ratio = float((verification["implied_error"] / verification["bar_width"]).max())
+        verdicts.append((kind, verification.attrs["confirmed"], implied_ratio / max(error, LEAST)))
+    return verdicts
 
 
-def hidden(verdict: tuple[str, str, float]) -> bool:
+def hides_error(verdict: tuple[str, str, float]) -> bool:
     """Return whether a verdict hides that a claim is wrong."""
-    claim, confirmed, ratio = verdict
-    return claim == "wrong" and confirmed == "yes" and ratio < 1 / FACTOR
+    claim, confirmation, ratio = verdict
+    return claim == "wrong" and confirmation == "yes" and ratio < 1 / FACTOR
 
 
 def main() -> None:
-    chosen = options(__doc__, 30, seed=(0, "first seed"), verdicts=(4, "verdicts of each claim"))
+    arguments = options(__doc__, 30, seed=(0, "first seed"), verdicts=(4, "verdicts of each claim"))
     warnings.simplefilter("ignore")
     methods = {
         "PhaseResolvedPCCI(1, 1)": fb.methods.PhaseResolvedPCCI(1, 1),
@@ -110,23 +115,27 @@ def main() -> None:
         "RegressionPCCI(1)": fb.methods.RegressionPCCI(1),
     }
     rows = []
-    measured = {}
+    measurements = {}
     for smooth in (True, False):
         for name, method in methods.items():
-            seeds = range(chosen.seed, chosen.seed + chosen.samples)
-            found = [v for k in seeds for v in judged(k, method, chosen.verdicts, smooth=smooth)]
+            seeds = range(arguments.seed, arguments.seed + arguments.samples)
+            verdicts = [
+                v
+                for k in seeds
+                for v in judge_response(k, method, arguments.verdicts, smooth=smooth)
+            ]
             kind = "smooth" if smooth else "kink or jump"
-            measured[f"{name}, {kind}"] = found
+            measurements[f"{name}, {kind}"] = verdicts
             for claim in ("right", "small", "wrong"):
-                own = [v for v in found if v[0] == claim]
-                refuted = sum(v[1] == "no" for v in own)
-                concealed = sum(map(hidden, own))
-                ratio = f"{np.median([v[2] for v in own]):.2f}" if own else ""
-                row = [name, kind, claim, len(own), refuted, concealed, ratio]
+                of_claim = [v for v in verdicts if v[0] == claim]
+                refuted_count = sum(v[1] == "no" for v in of_claim)
+                hidden_count = sum(map(hides_error, of_claim))
+                ratio = f"{np.median([v[2] for v in of_claim]):.2f}" if of_claim else ""
+                row = [name, kind, claim, len(of_claim), refuted_count, hidden_count, ratio]
                 rows.append([str(v) for v in row])
     header = ["method", "response", "claim", "verdicts", "not confirmed", "hidden"]
     header.append("implied / true, median")
-    report(chosen.output, "verification_kinks", header, rows, measured, [])
+    report(arguments.output, "verification_kinks", header, rows, measurements, [])
 
 
 if __name__ == "__main__":

@@ -36,28 +36,28 @@ def child(samples: int) -> None:
 
 
 def main() -> None:
-    chosen = options(__doc__, 10_000)
-    measured = alternate(
+    arguments = options(__doc__, 10_000)
+    measurements = alternate(
         {
             "one sample": partial(peak, 1),
-            f"{chosen.samples} samples": partial(peak, chosen.samples),
+            f"{arguments.samples} samples": partial(peak, arguments.samples),
         },
-        chosen.repeats,
+        arguments.repeats,
     )
-    alone, batch = medians(measured).values()
-    outputs = chosen.samples * (round(DURATION / STEP) + 1) * OUTPUTS * 8 / 2**20
+    single_sample, batch = medians(measurements).values()
+    outputs = arguments.samples * (round(DURATION / STEP) + 1) * OUTPUTS * 8 / 2**20
     report(
-        chosen.output,
+        arguments.output,
         "memory",
         ["case", "MiB"],
         [
-            ["one sample", f"{alone:.0f}"],
-            [f"{chosen.samples} samples", f"{batch:.0f}"],
+            ["one sample", f"{single_sample:.0f}"],
+            [f"{arguments.samples} samples", f"{batch:.0f}"],
             ["outputs", f"{outputs:.0f}"],
             ["beyond the outputs", f"{batch - outputs:.0f}"],
-            ["beyond the outputs and one sample", f"{batch - outputs - alone:.0f}"],
+            ["beyond the outputs and one sample", f"{batch - outputs - single_sample:.0f}"],
         ],
-        measured,
+        measurements,
         [f"allowed beyond the outputs: {ALLOWED:.0f} MiB"],
     )
 

@@ -40,8 +40,12 @@ def waves(outputs: int, times: int, *, ringing: int):
     def response(**values: np.ndarray) -> np.ndarray:
         x = np.stack(list(values.values()), axis=1)
         values = np.empty((len(x), outputs, times))
-        for own, a, b in zip(values, x @ (1 / (1 + np.arange(x.shape[1]))), x**2, strict=True):
-            for k, row in enumerate(own):  # one by one: a response may need more than a study
+        for sample_rows, a, b in zip(
+            values, x @ (1 / (1 + np.arange(x.shape[1]))), x**2, strict=True
+        ):
+            for k, row in enumerate(
+                sample_rows
+            ):  # one by one: a response may need more than a study
                 row[:] = t * np.exp(0.3 * b.sum())
                 if not ringing:
                     row[:] += np.cos(k * t) * np.exp(a)
@@ -66,10 +70,12 @@ def announced_and_peak(
 
     It is announced for the carriers that are tried, and for one at least if outputs ring.
     """
-    with warnings.catch_warnings(), carriers_tried() as tried:
+    with warnings.catch_warnings(), count_carriers() as carrier_counts:
         warnings.simplefilter("ignore")
-        few = waves(1, 40, ringing=ringing)
-        fb.propagate(few, inputs, method)  # what is imported and compiled is no memory of a study
+        small_response = waves(1, 40, ringing=ringing)
+        fb.propagate(
+            small_response, inputs, method
+        )  # what is imported and compiled is no memory of a study
         tracemalloc.start()
         try:
             bands = fb.propagate(waves(outputs, times, ringing=ringing), inputs, method)
@@ -77,34 +83,36 @@ def announced_and_peak(
         finally:
             tracemalloc.stop()
     intervals = Space(inputs).interval_dimension
-    one = BYTES * outputs * times
-    announced, per_carrier = method.peak_memory(intervals, int(bands.attrs["runs"]), one)
-    carriers = max(1, *tried) if ringing else 0  # one is looked for
-    return announced + carriers * per_carrier, float(peak)
+    output_bytes = BYTES * outputs * times
+    announcement, per_carrier = method.peak_memory(
+        intervals, int(bands.attrs["runs"]), output_bytes
+    )
+    carriers = max(1, *carrier_counts) if ringing else 0  # one is looked for
+    return announcement + carriers * per_carrier, float(peak)
 
 
 @contextmanager
-def carriers_tried() -> Iterator[list[int]]:
+def count_carriers() -> Iterator[list[int]]:
     """Yield a list that takes the number of carriers of every stage of every decomposition."""
-    tried = [0]
+    carrier_counts = [0]
 
-    def counted(F: np.ndarray, dt: float) -> Iterator[Stage]:
+    def decompose_and_count(F: np.ndarray, dt: float) -> Iterator[Stage]:
         for stage in decompose(F, dt):
-            tried.append(len(stage.carriers))
+            carrier_counts.append(len(stage.carriers))
             yield stage
             del stage  # as the methods do
 
     with (
-        patch.object(adaptation, "decompose", counted),
-        patch.object(phase_resolved, "decompose", counted),
+        patch.object(adaptation, "decompose", decompose_and_count),
+        patch.object(phase_resolved, "decompose", decompose_and_count),
     ):
-        yield tried
+        yield carrier_counts
 
 
-def drawn(rng: np.random.Generator) -> tuple[Any, dict[str, Any], int]:
+def draw_study(rng: np.random.Generator) -> tuple[Any, dict[str, Any], int]:
     """Return a method, inputs, and the number of carriers with which outputs ring."""
     intervals, random = (int(n) for n in rng.integers(1, 4, 2))
-    most = int(rng.integers(32, 120))
+    max_runs = int(rng.integers(32, 120))
     tolerance = 1e-14
     methods = [
         (fb.PCCI(2, 2), False),
@@ -113,8 +121,8 @@ def drawn(rng: np.random.Generator) -> tuple[Any, dict[str, Any], int]:
         (fb.LHSScanning(int(rng.integers(20, 60)), 3), False),
         (fb.MonteCarlo(int(rng.integers(50, 200)), 3), False),
         (fb.methods.PerturbationChebyshev(int(rng.integers(2, 5))), False),
-        (fb.AdaptivePCCI(tolerance, most), False),
-        (fb.AdaptivePCCI(tolerance, most), True),
+        (fb.AdaptivePCCI(tolerance, max_runs), False),
+        (fb.AdaptivePCCI(tolerance, max_runs), True),
         (fb.methods.PhaseResolvedPCCI(1, 2), False),
         (fb.methods.PhaseResolvedPCCI(1, 2), True),
     ]
@@ -147,34 +155,34 @@ def child(max_runs: int, outputs: int, times: int, *, ringing: bool) -> None:
     print(int(bands.attrs["runs"]), int(bands["carriers"].max()), peak)
 
 
-def large(max_runs: int, *, ringing: bool) -> list[str]:
+def judge_large_study(max_runs: int, *, ringing: bool) -> list[str]:
     """Return what is announced for a large study, and its peak [MB], as a row."""
 
     def numbers(outputs: int, times: int) -> list[int]:
-        given = ["child", str(max_runs), str(outputs), str(times), str(int(ringing))]
+        arguments = ["child", str(max_runs), str(outputs), str(times), str(int(ringing))]
         run = subprocess.run(
-            [sys.executable, "-m", __spec__.name, *given],
+            [sys.executable, "-m", __spec__.name, *arguments],
             capture_output=True,
             text=True,
             check=True,
         )
         return [int(v) for v in run.stdout.split()]
 
-    (runs, carriers, peak), (*_, alone) = numbers(*LARGE), numbers(*SMALL)
-    one = BYTES * LARGE[0] * LARGE[1]
-    announced, per_carrier = fb.AdaptivePCCI().peak_memory(20, runs, one)
-    announced = announced + max(carriers, ringing) * per_carrier
-    peak = peak - alone
+    (runs, carriers, peak), (*_, base_size) = numbers(*LARGE), numbers(*SMALL)
+    output_bytes = BYTES * LARGE[0] * LARGE[1]
+    announcement, per_carrier = fb.AdaptivePCCI().peak_memory(20, runs, output_bytes)
+    announcement = announcement + max(carriers, ringing) * per_carrier
+    peak = peak - base_size
     name = f"adaptive PCCI, {runs} runs{', ringing' * ringing}"
-    ratio = f"{announced / peak:.2f}"
-    return [name, "20", "20", f"{1e-6 * announced:.1f}", f"{1e-6 * peak:.1f}", ratio]
+    ratio = f"{announcement / peak:.2f}"
+    return [name, "20", "20", f"{1e-6 * announcement:.1f}", f"{1e-6 * peak:.1f}", ratio]
 
 
 def main() -> None:
     if sys.argv[1:2] == ["child"]:
         *sizes, ringing = map(int, sys.argv[2:])
         return child(*sizes, ringing=bool(ringing))
-    chosen = options(
+    arguments = options(
         __doc__,
         40,
         seed=(0, "seed of the sizes"),
@@ -182,28 +190,28 @@ def main() -> None:
         ringing=(0, "1: a large study rings"),
     )
     header = ["method", "intervals", "random", "announced [MB]", "peak [MB]", "ratio"]
-    if chosen.large:
-        row = large(chosen.large, ringing=bool(chosen.ringing))
-        return report(chosen.output, "study_memory_large", header, [row], {"row": row})
-    rng = np.random.default_rng(chosen.seed)
+    if arguments.large:
+        row = judge_large_study(arguments.large, ringing=bool(arguments.ringing))
+        return report(arguments.output, "study_memory_large", header, [row], {"row": row})
+    rng = np.random.default_rng(arguments.seed)
     rows = []
     parts = []
-    for _ in range(chosen.samples):
-        method, inputs, ringing = drawn(rng)
+    for _ in range(arguments.samples):
+        method, inputs, ringing = draw_study(rng)
         outputs = int(rng.integers(2, 6))
         times = int(rng.integers(800, 3000))
-        announced, peak = announced_and_peak(method, inputs, outputs, times, ringing=ringing)
+        announcement, peak = announced_and_peak(method, inputs, outputs, times, ringing=ringing)
         intervals = Space(inputs).interval_dimension
-        parts.append(announced / peak)
+        parts.append(announcement / peak)
         rows.append(
             [
                 f"{method.label}{f', {ringing} carriers' * (ringing > 0)}", str(intervals),
-                str(len(inputs) - intervals), f"{1e-6 * announced:.1f}", f"{1e-6 * peak:.1f}",
+                str(len(inputs) - intervals), f"{1e-6 * announcement:.1f}", f"{1e-6 * peak:.1f}",
                 f"{parts[-1]:.2f}",
             ]
         )  # fmt: skip
     notes = [f"ratios from {min(parts):.2f} to {max(parts):.2f}; required: 0.83 to 2"]
-    report(chosen.output, "study_memory", header, rows, {"ratios": parts}, notes)
+    report(arguments.output, "study_memory", header, rows, {"ratios": parts}, notes)
 
 
 if __name__ == "__main__":

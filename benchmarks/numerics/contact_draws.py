@@ -90,9 +90,9 @@ class PointNames:
         """Return the name of a point, or the coordinates of one of the ground."""
         if place.body == GROUND:
             return place.x, place.y
-        known = self.points[place.body]
-        known.setdefault(f"p{len(known)}", (place.x, place.y))
-        name = next(name for name, xy in known.items() if xy == (place.x, place.y))
+        body_points = self.points[place.body]
+        body_points.setdefault(f"p{len(body_points)}", (place.x, place.y))
+        name = next(name for name, xy in body_points.items() if xy == (place.x, place.y))
         return f"b{place.body}.{name}"
 
 
@@ -136,6 +136,7 @@ def mechanism(draw: Draw, velocities: np.ndarray) -> fb.Mechanism:
     joints = {}
     loads = {"gravity": fb.Gravity(y=-GRAVITY)}
     sensors = {}
+    # Joints and drives.
     for k, (kind, first, second, *numbers) in enumerate(draw.joints):
         if kind == "motor":
             angle = draw.parts[first.body].place[2]
@@ -148,6 +149,7 @@ def mechanism(draw: Draw, velocities: np.ndarray) -> fb.Mechanism:
             joints[f"J{k}"] = make(at(first), at(second), *numbers)
     for k, (first, second, stiffness, rest) in enumerate(draw.springs):
         loads[f"spring {k}"] = fb.Spring(at(first), at(second), stiffness, rest)
+    # Contacts; those of pins and guides are joints.
     for k, touch in enumerate(draw.touches):
         kind, first, second, numbers, (K, e, n) = touch
         name = f"T{k}"
@@ -227,6 +229,7 @@ def add_gradient(row, i, nx, ny, dx, dy, sign):
 def gap(q, kind, i, j, p, row):
     """Return a gap and fill its derivative by q."""
     row[:] = 0.0
+    # Between angles.
     if kind == TURN:
         a = (q[3 * i + 2] if i >= 0 else 0.0) - (q[3 * j + 2] if j >= 0 else 0.0)
         if i >= 0:
@@ -234,6 +237,7 @@ def gap(q, kind, i, j, p, row):
         if j >= 0:
             row[3 * j + 2] = p[4]
         return p[5] - p[4] * a
+    # Between a point and a line or a circle.
     x1, y1, dx1, dy1 = position(q, i, p[0], p[1])
     x2, y2, dx2, dy2 = position(q, j, p[2], p[3])
     x = x1 - x2
@@ -279,7 +283,7 @@ def constraints(q, v, joints, numbers):
     return J, right, rates
 
 
-def solved(mass, J, forces, right):
+def solve_constrained(mass, J, forces, right):
     """Return x of M x + Jᵀλ = forces and J x = right."""
     n = len(mass)
     m = len(J)
@@ -295,7 +299,7 @@ def solved(mass, J, forces, right):
 
 
 def derivative(
-    y, mass, joints, numbers, springs, of_springs, touches, of_touches, closed, begun, over
+    y, mass, joints, numbers, springs, of_springs, touches, of_touches, closed, impact_speeds, over
 ):
     """Return the derivative of [q, v]."""
     n = len(mass)
@@ -303,6 +307,7 @@ def derivative(
     v = y[n:]
     forces = np.zeros(n)
     row = np.zeros(n)
+    # Gravity and springs.
     for i in range(n // 3):
         forces[3 * i + 1] = -GRAVITY * mass[3 * i]
     for s in range(len(springs)):
@@ -315,6 +320,7 @@ def derivative(
         add_gradient(row, i, (x1 - x2) / d, (y1 - y2) / d, dx1, dy1, 1.0)
         add_gradient(row, j, (x1 - x2) / d, (y1 - y2) / d, dx2, dy2, -1.0)
         forces -= p[4] * (d - p[5]) * row
+    # Contacts that are closed.
     J, right, _ = constraints(q, v, joints, numbers)
     for k in range(len(touches)):
         if closed[k]:
@@ -322,9 +328,9 @@ def derivative(
             p = of_touches[k]
             g = gap(q, kind, i, j, p, row)
             if g < 0.0:
-                effective = 1.0 / (row @ solved(mass, J, row, np.zeros(len(J))))
-                forces += push(-g, -(row @ v), p[6:], begun[k], over[k], effective) * row
-    return np.concatenate((v, solved(mass, J, forces, right)))
+                effective = 1.0 / (row @ solve_constrained(mass, J, row, np.zeros(len(J))))
+                forces += push(-g, -(row @ v), p[6:], impact_speeds[k], over[k], effective) * row
+    return np.concatenate((v, solve_constrained(mass, J, forces, right)))
 
 
 class TooLongError(Exception):
@@ -349,14 +355,14 @@ class Reference:
         self.start = np.array([part.place for part in draw.parts], dtype=float).ravel()
         joints = []
         numbers = []
-        for kind, a, b, *more in draw.joints:
+        for kind, a, b, *parameters in draw.joints:
             common = [a.x, a.y, b.x, b.y]
             rows = {"pin": [(1.0, 0.0), (0.0, 1.0)], "motor": [(0.0, 0.0)]}.get(kind)
-            rows = rows or [(-more[0][1], more[0][0])]
+            rows = rows or [(-parameters[0][1], parameters[0][0])]
             for n in rows:
                 joints.append((a.body, b.body))
                 motor = kind == "motor"
-                numbers.append([*common, *n, float(motor), more[0] if motor else 0.0])
+                numbers.append([*common, *n, float(motor), parameters[0] if motor else 0.0])
         self.joints = np.array(joints, dtype=np.int64).reshape(-1, 2)
         self.numbers = np.array(numbers, dtype=float).reshape(-1, 8)
         springs = [(a.body, b.body) for a, b, *_ in draw.springs]
@@ -370,9 +376,9 @@ class Reference:
 
     def velocities(self) -> np.ndarray:
         """Return the velocities at the start, those of the parts as far as joints allow them."""
-        given = np.array([part.velocity for part in self.draw.parts], dtype=float).ravel()
-        J, _, rates = constraints(self.start, given, self.joints, self.numbers)
-        return solved(self.mass, J, self.mass * given, rates)
+        part_velocities = np.array([part.velocity for part in self.draw.parts], dtype=float).ravel()
+        J, _, rates = constraints(self.start, part_velocities, self.joints, self.numbers)
+        return solve_constrained(self.mass, J, self.mass * part_velocities, rates)
 
     def gaps(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return all gaps and their rates."""
@@ -395,7 +401,7 @@ class Reference:
         n, count = len(self.mass), len(self.touches)
         y, t = np.concatenate([self.start, self.velocities()]), float(times[0])
         closed = np.zeros(count, dtype=bool)
-        begun = np.ones(count)
+        impact_speeds = np.ones(count)
         evaluations = 0
         over = np.zeros(count, dtype=bool)
         places = np.full((len(times), n), np.nan)
@@ -404,28 +410,31 @@ class Reference:
         row = np.zeros(n)
         arguments = (self.mass, self.joints, self.numbers, self.springs, self.of_springs,
                      self.touches, self.of_touches)  # fmt: skip
+        # Integrate from event to event.
         while t < times[-1] and len(events) <= EVENTS:
-            watched, (g, _) = [], self.gaps(y[:n], y[n:])
+            # Gaps that close or open, then contacts that are pressed in again.
+            event_functions, (g, _) = [], self.gaps(y[:n], y[n:])
             for k, ((kind, i, j), p) in enumerate(zip(self.touches, self.of_touches, strict=True)):
-                apart = 0.0 if closed[k] else max(0.0, ZERO - g[k])
+                offset = 0.0 if closed[k] else max(0.0, ZERO - g[k])
 
-                def zero(_, y, kind=kind, i=i, j=j, p=p, apart=apart):
-                    return apart + gap(y[:n], kind, i, j, p, row)
+                def zero(_, y, kind=kind, i=i, j=j, p=p, offset=offset):
+                    return offset + gap(y[:n], kind, i, j, p, row)
 
                 zero.terminal = True
                 zero.direction = 1.0 if closed[k] else -1.0
-                watched.append(zero)
+                event_functions.append(zero)
             for k, ((kind, i, j), p) in enumerate(zip(self.touches, self.of_touches, strict=True)):
                 impact = closed[k] and not over[k]
 
-                def pressed(_, y, kind=kind, i=i, j=j, p=p, impact=impact):
+                def approach_rate(_, y, kind=kind, i=i, j=j, p=p, impact=impact):
                     gap(y[:n], kind, i, j, p, row)
                     return row @ y[n:] if impact else 1.0
 
-                pressed.terminal = True
-                pressed.direction = -1.0
-                watched.append(pressed)
-            state = closed.copy(), begun.copy(), over.copy()
+                approach_rate.terminal = True
+                approach_rate.direction = -1.0
+                event_functions.append(approach_rate)
+            # Integrate to the next event.
+            state = closed.copy(), impact_speeds.copy(), over.copy()
 
             def rates_of(_, y, state=state):
                 nonlocal evaluations
@@ -436,26 +445,29 @@ class Reference:
 
             part = solve_ivp(
                 rates_of, (t, times[-1]), y,
-                "DOP853", rtol=rtol, atol=0.01 * rtol, max_step=LONGEST, events=watched,
+                "DOP853", rtol=rtol, atol=0.01 * rtol, max_step=LONGEST, events=event_functions,
                 dense_output=True,
             )  # fmt: skip
             inside = (times >= t) & (times <= part.t[-1])
             if inside.any():
                 places[inside] = part.sol(times[inside])[:n].T
             y, t = part.y[:, -1], float(part.t[-1])
+            # Change the state of what has closed, opened or been pressed in.
             g, rates = self.gaps(y[:n], y[n:])
             fastest = max(fastest, float(np.abs(rates).max()))
-            struck = np.array([len(moments) > 0 for moments in part.t_events])
-            again = struck[count:]
-            struck = struck[:count]
-            closing = ~closed & struck
-            opening = closed & struck
-            begun = np.where(closing, np.maximum(-rates, LAW["least_speed"]), begun)
-            closed = (closed | closing) & ~opening
-            over = (over | again) & closed & ~closing
+            event_mask = np.array([len(moments) > 0 for moments in part.t_events])
+            repeat_mask = event_mask[count:]
+            event_mask = event_mask[:count]
+            closing_mask = ~closed & event_mask
+            opening_mask = closed & event_mask
+            impact_speeds = np.where(
+                closing_mask, np.maximum(-rates, LAW["least_speed"]), impact_speeds
+            )
+            closed = (closed | closing_mask) & ~opening_mask
+            over = (over | repeat_mask) & closed & ~closing_mask
             events += [
                 Event(t, self.owner[k], -rates[k], -rates[k] / fastest)
-                for k in np.flatnonzero(closing)
+                for k in np.flatnonzero(closing_mask)
             ]
         return places, events
 

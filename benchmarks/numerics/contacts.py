@@ -55,7 +55,7 @@ def law(rng: np.random.Generator) -> tuple[float, float, float]:
     return K, float(rng.choice([1.0, rng.uniform(0.3, 0.95)])), n
 
 
-def moving(rng: np.random.Generator) -> tuple[float, float, float]:
+def random_velocity(rng: np.random.Generator) -> tuple[float, float, float]:
     """Return a velocity."""
     return float(rng.normal()), float(rng.normal()), float(5 * rng.normal())
 
@@ -68,7 +68,7 @@ def chain(rng: np.random.Generator, lengths, angles) -> tuple[list[Part], list[t
         s = np.sin(angle)
         m = rng.uniform(0.5, 2.0)
         place = x + length / 2 * c, y + length / 2 * s, float(angle)
-        parts.append(Part(m, m * length**2 / 12, place, moving(rng)))
+        parts.append(Part(m, m * length**2 / 12, place, random_velocity(rng)))
         joints.append(("pin", Place(k, -length / 2, 0.0), last))
         last = Place(k, length / 2, 0.0)
         x = x + length * c
@@ -76,9 +76,9 @@ def chain(rng: np.random.Generator, lengths, angles) -> tuple[list[Part], list[t
     return parts, joints, last
 
 
-def bars(rng: np.random.Generator, least: int = 1) -> tuple[np.ndarray, np.ndarray]:
+def bars(rng: np.random.Generator, min_count: int = 1) -> tuple[np.ndarray, np.ndarray]:
     """Return lengths and angles of a few bars."""
-    count = int(rng.integers(least, 4))
+    count = int(rng.integers(min_count, 4))
     return rng.uniform(0.2, 0.6, count), rng.uniform(-np.pi, np.pi, count)
 
 
@@ -97,8 +97,11 @@ def turned_chain(rng: np.random.Generator) -> Draw:
     """Return a pendulum with angular stops between two of its bars."""
     lengths, angles = bars(rng, 2)
     parts, joints, _ = chain(rng, lengths, angles)
-    between = float(angles[1] - angles[0])
-    limits = between - float(rng.uniform(0.1, 0.6)), between + float(rng.uniform(0.1, 0.6))
+    relative_angle = float(angles[1] - angles[0])
+    limits = (
+        relative_angle - float(rng.uniform(0.1, 0.6)),
+        relative_angle + float(rng.uniform(0.1, 0.6)),
+    )
     K, e, n = law(rng)
     stop = Touch("turn", Place(1, 0.0, 0.0), Place(0, 0.0, 0.0), limits, (1e-3 * K, e, n))
     return Draw("angular stops", parts, joints, [stop])
@@ -107,8 +110,8 @@ def turned_chain(rng: np.random.Generator) -> Draw:
 def worn_chain(rng: np.random.Generator) -> Draw:
     """Return a pendulum one of whose pins has clearance."""
     parts, joints, _ = chain(rng, *bars(rng, 2))
-    worn = int(rng.integers(len(joints)))
-    _, pin, hole = joints.pop(worn)
+    pin_index = int(rng.integers(len(joints)))
+    _, pin, hole = joints.pop(pin_index)
     touch = Touch("pin", pin, hole, (float(10 ** rng.uniform(-4, -2.3)),), law(rng))
     return Draw("worn pins", parts, joints, [touch])
 
@@ -146,7 +149,7 @@ def discs(rng: np.random.Generator) -> Draw:
     for k, radius in enumerate(radii):
         m = rng.uniform(0.5, 2.0)
         place = 0.3 * k - 0.15, float(rng.uniform(0.1, 0.3)), 0.0
-        parts.append(Part(m, m * radius**2 / 2, place, moving(rng)))
+        parts.append(Part(m, m * radius**2 / 2, place, random_velocity(rng)))
         for angle, wall in (
             (np.pi / 2, (0.0, 0.0)), (0.0, (-0.4, 0.0)), (np.pi, (0.4, 0.0)),
         ):  # fmt: skip
@@ -154,8 +157,8 @@ def discs(rng: np.random.Generator) -> Draw:
             touches.append(
                 Touch("line", Place(k, 0.0, 0.0), Place(GROUND, *wall), numbers, law(rng))
             )
-    both = Place(0, 0.0, 0.0), Place(1, 0.0, 0.0)
-    touches.append(Touch("circles", *both, (float(radii[0]), float(radii[1])), law(rng)))
+    centres = Place(0, 0.0, 0.0), Place(1, 0.0, 0.0)
+    touches.append(Touch("circles", *centres, (float(radii[0]), float(radii[1])), law(rng)))
     spring = (Place(1, 0.0, 0.0), Place(GROUND, 0.0, 0.6), float(rng.uniform(20, 200)), 0.3)
     return Draw("discs and walls", parts, [], touches, [spring])
 
@@ -165,65 +168,72 @@ FAMILIES: list[Callable[[np.random.Generator], Draw]] = [
 ]  # fmt: skip
 
 
-def drawn(seed: int) -> Draw:
+def draw_mechanism(seed: int) -> Draw:
     """Return the mechanism of a seed."""
     return FAMILIES[seed % len(FAMILIES)](np.random.default_rng(seed))
 
 
-def comparable(fine: list, rough: list) -> tuple[int, str]:
+def count_comparable(fine: list, coarse: list) -> tuple[int, str]:
     """Return how many events can be compared, and why no more of them."""
     for k, event in enumerate(fine[:EVENTS]):
         if event.share < GRAZING:
             return k, "grazing"
-        if k >= len(rough) or abs(rough[k].time - event.time) > SENSITIVE * allowed(fine, k):
+        if k >= len(coarse) or abs(coarse[k].time - event.time) > SENSITIVE * allowed_error(
+            fine, k
+        ):
             return k, "sensitive"
     return min(len(fine), EVENTS), ""
 
 
-def allowed(events: list, k: int) -> float:
+def allowed_error(events: list, k: int) -> float:
     """Return by how much the instant of an event may be off [s]."""
-    before = events[k - 1].time if k else 0.0
-    return max(INSTANT, SHARE * (events[k].time - before))
+    previous_time = events[k - 1].time if k else 0.0
+    return max(INSTANT, SHARE * (events[k].time - previous_time))
 
 
-def judged(seed: int, tolerance: float) -> tuple[str, str, str, float]:
+def judge_mechanism(seed: int, tolerance: float) -> tuple[str, str, str, float]:
     """Return the family, what became of a mechanism, why, and the CPU time of the engine [s]."""
-    draw = drawn(seed)
+    draw = draw_mechanism(seed)
     reference = Reference(draw)
     try:
-        _, rough = reference.motion(np.array([0.0, LONGEST]), rtol=1e-9)
-        duration = LONGEST if len(rough) <= EVENTS else rough[EVENTS].time
+        _, coarse = reference.motion(np.array([0.0, LONGEST]), rtol=1e-9)
+        duration = LONGEST if len(coarse) <= EVENTS else coarse[EVENTS].time
         times = np.linspace(0.0, duration, TIMES)
         places, events = reference.motion(times)
     except TooLongError:
         return draw.kind, "no reference", "", 0.0
-    count, ended = comparable(events, rough)
+    count, stop_reason = count_comparable(events, coarse)
 
-    def compared(motion: DataArray) -> tuple[bool, str]:
-        off, apart = errors(draw, motion, places, events, count, bool(ended))
-        text = f"{count} contacts, instants {off:.1e} of what is allowed, places {apart:.1e}"
-        return off < 1.0 and apart < PLACE, f"{text} {ended}"
+    def compare(motion: DataArray) -> tuple[bool, str]:
+        instant_error, place_difference = errors(
+            draw, motion, places, events, count, bool(stop_reason)
+        )
+        text = (
+            f"{count} contacts, instants {instant_error:.1e} of what is allowed, "
+            f"places {place_difference:.1e}"
+        )
+        return instant_error < 1.0 and place_difference < PLACE, f"{text} {stop_reason}"
 
     model = mechanism(draw, reference.velocities().reshape(-1, 3))
-    return draw.kind, *simulated(model, duration, tolerance, compared)
+    return draw.kind, *simulate_and_compare(model, duration, tolerance, compare)
 
 
-def simulated(
+def simulate_and_compare(
     model: fb.Mechanism,
     duration: float,
     tolerance: float,
-    compared: Callable[[DataArray], tuple[bool, str]],
+    compare: Callable[[DataArray], tuple[bool, str]],
 ) -> tuple[str, str, float]:
     """Return what becomes of a mechanism, why, and the CPU time of the engine [s].
 
-    One that is wrong is simulated again with a hundredth of the tolerance. `compared` says whether
+    One that is wrong is simulated again with a hundredth of the tolerance. `compare` says whether
     a motion is right, and why.
     """
     outcome = "wrong"
     text = ""
-    spent = 0.0
+    cpu_time = 0.0
     for part in (1.0, 0.01):
-        begun = time.process_time()
+        start_time = time.process_time()
         try:
             motion = fb.simulate(
                 model, duration=duration, step=duration / (TIMES - 1),
@@ -233,33 +243,38 @@ def simulated(
             )  # fmt: skip
         except fb.errors.RunError as error:
             return "failed", f"{type(error).__name__}: {error}", 0.0
-        spent = time.process_time() - begun
-        right, text = compared(motion)
+        cpu_time = time.process_time() - start_time
+        right, text = compare(motion)
         if right:
             outcome = "right" if part == 1.0 else "right at a hundredth"
             break
-    return outcome, text, spent
+    return outcome, text, cpu_time
 
 
 def errors(
-    draw: Draw, motion: DataArray, places: np.ndarray, events: list[Event], count: int, ended: bool
+    draw: Draw,
+    motion: DataArray,
+    places: np.ndarray,
+    events: list[Event],
+    count: int,
+    early_end: bool,
 ) -> tuple[float, float]:
     """Return the largest error of an instant, over what is allowed, and of a place.
 
     Places are compared until the last of the contacts that count, or to the end if all do.
     """
-    off = 0.0
+    largest_error = 0.0
     for touch in range(len(draw.touches)):
         exact = [(k, e.time) for k, e in enumerate(events[:count]) if e.touch == touch]
-        off = max(off, closing_error(motion, f"T{touch}", exact, events))
-    until = last_time(motion, events, count, ended)
+        largest_error = max(largest_error, closing_error(motion, f"T{touch}", exact, events))
+    until = last_time(motion, events, count, early_end)
     inside = motion["time"].values <= until
-    return off, place_error(motion, places, inside, draw.size)
+    return largest_error, place_error(motion, places, inside, draw.size)
 
 
-def last_time(motion: DataArray, events: list, count: int, ended: bool) -> float:
+def last_time(motion: DataArray, events: list, count: int, early_end: bool) -> float:
     """Return the instant of the last event that counts, or the end if all of them do."""
-    if len(events) <= count and not ended:
+    if len(events) <= count and not early_end:
         return float(motion["time"].values[-1])
     return events[count - 1].time if count else 0.0
 
@@ -271,23 +286,28 @@ def closing_error(
 
     `exact` are the instants, each with its number among all events.
     """
-    missed = 0.0
+    largest_error = 0.0
     for n, (k, instant) in enumerate(exact):
-        ours = float(motion.sel(output=f"{name}_t{n + 1}").values[-1])
-        missed = max(missed, 1e9 if np.isnan(ours) else abs(ours - instant) / allowed(events, k))
-    return missed
+        engine_instant = float(motion.sel(output=f"{name}_t{n + 1}").values[-1])
+        largest_error = max(
+            largest_error,
+            1e9
+            if np.isnan(engine_instant)
+            else abs(engine_instant - instant) / allowed_error(events, k),
+        )
+    return largest_error
 
 
 def place_error(motion: DataArray, places: np.ndarray, inside: np.ndarray, size: float) -> float:
     """Return the largest error of x and y, over the size, and of φ [rad] at some times."""
-    apart = 0.0
+    largest_error = 0.0
     for k in range(places.shape[1] // 3):
         names = f"place b{k}_X", f"place b{k}_Y", f"angle b{k}"
         for i, name in enumerate(names):
             values = motion.sel(output=name).values[inside]
             difference = np.abs(values - places[inside, 3 * k + i]).max(initial=0.0)
-            apart = max(apart, float(difference) / (1.0 if i == 2 else size))
-    return apart
+            largest_error = max(largest_error, float(difference) / (1.0 if i == 2 else size))
+    return largest_error
 
 
 def tabulate(
@@ -297,17 +317,17 @@ def tabulate(
     count: int,
 ) -> None:
     """Judge mechanisms of successive seeds and report how many of each family are right."""
-    given = options(
+    arguments = options(
         description, count, seed=(1, "first of the seeds"), tolerance=(1e-10, "of the steps")
     )
     counts: dict[str, Counter] = {}
-    for seed in range(given.seed, given.seed + given.samples):
-        kind, outcome, why, spent = judge(seed, given.tolerance)
+    for seed in range(arguments.seed, arguments.seed + arguments.samples):
+        kind, outcome, why, cpu_time = judge(seed, arguments.tolerance)
         of_kind = counts.setdefault(kind, Counter())
         of_kind[outcome] += 1
-        for ended in ("grazing", "sensitive"):
-            of_kind[ended] += why.endswith(ended)
-        print(seed, kind, outcome, why, f"{spent:.2f} s", file=sys.stderr, flush=True)
+        for stop_reason in ("grazing", "sensitive"):
+            of_kind[stop_reason] += why.endswith(stop_reason)
+        print(seed, kind, outcome, why, f"{cpu_time:.2f} s", file=sys.stderr, flush=True)
     columns = [
         "right",
         "right at a hundredth",
@@ -318,9 +338,9 @@ def tabulate(
         "sensitive",
     ]
     rows = [[kind, *(str(of_kind[c]) for c in columns)] for kind, of_kind in counts.items()]
-    measured = {kind: dict(of_kind) for kind, of_kind in counts.items()}
-    report(given.output, name, ["mechanism", *columns], rows, measured)
+    measurements = {kind: dict(of_kind) for kind, of_kind in counts.items()}
+    report(arguments.output, name, ["mechanism", *columns], rows, measurements)
 
 
 if __name__ == "__main__":
-    tabulate("contacts", __doc__, judged, MECHANISMS)
+    tabulate("contacts", __doc__, judge_mechanism, MECHANISMS)

@@ -50,7 +50,7 @@ def cantilever(rng: np.random.Generator) -> Run:
     return _run(mechanism, rng.uniform(1, 5) * period, int(rng.integers(100, 400)))
 
 
-def swinging(rng: np.random.Generator) -> Run:
+def swinging_member(rng: np.random.Generator) -> Run:
     """Return a soft beam or a cable that falls from the horizontal, with a weight at its end."""
     length = rng.uniform(0.4, 1.0)
     height = rng.uniform(2e-3, 8e-3)
@@ -100,9 +100,11 @@ def chain(rng: np.random.Generator) -> Run:
         bodies[f"{k}"] = fb.RigidBody.bar(
             length=length, height=0.02, width=0.02, density=3000.0, start=end, angle=angle
         )
-        before = f"{k - 1}.end" if k else end
-        joints[f"j{k}"] = fb.Revolute(f"{k}.start", before)
-        loads[f"s{k}"] = fb.TorsionSpring(f"{k}", before, 10 ** rng.uniform(0, 2), damping=1e-3)
+        previous_end = f"{k - 1}.end" if k else end
+        joints[f"j{k}"] = fb.Revolute(f"{k}.start", previous_end)
+        loads[f"s{k}"] = fb.TorsionSpring(
+            f"{k}", previous_end, 10 ** rng.uniform(0, 2), damping=1e-3
+        )
         end = (end[0] + length * np.cos(angle), end[1] + length * np.sin(angle))
     sensors = {
         "end": fb.Position(f"{k}.end"),
@@ -126,7 +128,7 @@ def linkage(name: str) -> Callable[[np.random.Generator], Run]:
     """Return a function that draws one of the mechanisms of the honesty benchmark."""
     kind = KINDS[name]
 
-    def drawn(rng: np.random.Generator) -> Run:
+    def draw(rng: np.random.Generator) -> Run:
         values = {
             key: value * (1 + spread * rng.uniform(-1, 1))
             for key, (value, spread) in kind.parameters.items()
@@ -134,9 +136,9 @@ def linkage(name: str) -> Callable[[np.random.Generator], Run]:
         steps = round(rng.uniform(*kind.duration) / kind.step * 10 ** rng.uniform(-0.3, 0.5))
         return _run(kind.builder(**values), rng.uniform(*kind.duration), steps)
 
-    return drawn
+    return draw
 
 
-DRAWN = {"cantilever": cantilever, "swinging member": swinging, "chain": chain} | {
+DRAWN = {"cantilever": cantilever, "swinging member": swinging_member, "chain": chain} | {
     name: linkage(name) for name in KINDS
 }

@@ -23,7 +23,7 @@ import numpy as np
 
 import flexband as fb
 from benchmarks.harness import options, report
-from benchmarks.honesty.contact_claims import judged_cases
+from benchmarks.honesty.contact_claims import judge_cases
 
 STEEL = {"density": 7800.0, "youngs_modulus": 2e11, "poissons_ratio": 0.3}
 LAW = fb.contact.KeepsRestitution(stiffness=1e6, restitution=0.5)
@@ -60,7 +60,7 @@ class Grammar:
     def pick(self, choices: list) -> Any:
         return choices[self.rng.integers(len(choices))]
 
-    def near(self) -> tuple[float, float]:
+    def grid_place(self) -> tuple[float, float]:
         """Return a place on a coarse grid, so that some coincide."""
         x, y = self.rng.integers(-2, 3, 2) * 0.25
         return float(x), float(y)
@@ -71,7 +71,7 @@ class Grammar:
     def body(self, name: str) -> None:
         kind = self.pick(["rigid", "rigid", "point", "beam", "cable"])
         size = float(self.rng.choice([0.25, 0.5, 1.0]))
-        place = self.near()
+        place = self.grid_place()
         angle = self.angle()
         match kind:
             case "rigid":
@@ -102,7 +102,7 @@ class Grammar:
 
     def pair(self) -> tuple[Any, Any]:
         first = self.pick(self.points)
-        return first, self.near() if self.chance(0.5) else self.pick(self.points)
+        return first, self.grid_place() if self.chance(0.5) else self.pick(self.points)
 
     def function(self, scale: float = 1.0) -> Callable:
         return self.pick([
@@ -113,20 +113,26 @@ class Grammar:
 
     def joint(self) -> Any:
         first, second = self.pair()
-        rough = {"friction": self.pick([0.0, 0.2, fb.contact.Coulomb(kinetic=0.2, static=0.3)])}
-        rough = rough if self.chance(0.3) else {}
+        friction_options = {
+            "friction": self.pick([0.0, 0.2, fb.contact.Coulomb(kinetic=0.2, static=0.3)])
+        }
+        friction_options = friction_options if self.chance(0.3) else {}
         axis, angle = self.pick([(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)]), self.angle()
         length = self.pick([0.5, 0.7, lambda t: 0.5 + 0.01 * np.sin(9.0 * t)])
-        loose = {"clearance": self.pick([1e-4, 0.3]), "law": LAW, "radius": 0.02}
+        clearance_options = {"clearance": self.pick([1e-4, 0.3]), "law": LAW, "radius": 0.02}
         kinds = [
-            lambda: fb.Revolute(first, second, radius=0.01 if rough else 0.0, **rough),
+            lambda: fb.Revolute(
+                first, second, radius=0.01 if friction_options else 0.0, **friction_options
+            ),
             lambda: fb.Revolute(first, second),
-            lambda: fb.Revolute(first, second, **loose, **rough),
-            lambda: fb.Prismatic(first, second, axis=axis, angle=angle, **rough),
-            lambda: fb.Slot(first, second, axis=axis, **rough),
+            lambda: fb.Revolute(first, second, **clearance_options, **friction_options),
+            lambda: fb.Prismatic(first, second, axis=axis, angle=angle, **friction_options),
+            lambda: fb.Slot(first, second, axis=axis, **friction_options),
             lambda: fb.Weld(first, second, angle=angle, axis=self.chance(0.2)),
             lambda: fb.Distance(first, second, length),
-            lambda: fb.Gear(first, second, 0.25, self.pick([0.25, -0.1]), 0.9 if rough else 1.0),
+            lambda: fb.Gear(
+                first, second, 0.25, self.pick([0.25, -0.1]), 0.9 if friction_options else 1.0
+            ),
             lambda: fb.PrescribedRotation(first, second, self.function()),
             lambda: fb.PrescribedTravel(first, second, self.function(0.1), axis=axis),
             lambda: fb.Rack(first, second, 0.25, axis=axis),
@@ -136,7 +142,7 @@ class Grammar:
 
     def load(self) -> Any:
         (first, second), contact = self.pair(), fb.contact
-        rough, closed = {"friction": self.pick([None, 0.0, 0.3])}, self.chance(0.3)
+        friction_options, closed = {"friction": self.pick([None, 0.0, 0.3])}, self.chance(0.3)
         floor = contact.CircleOnLine(radius=self.pick([0.0, 0.05]))
         circles = contact.CircleOnCircle(radii=(0.05, 0.1))
         upper, time = self.pick([None, 0.3]), self.function()
@@ -145,9 +151,11 @@ class Grammar:
             lambda: fb.TorsionSpring(first, second, 5.0, self.pick([None, 0.3])),
             lambda: fb.Force(first, self.pick([2.0, time]), 1.0, following=self.chance(0.3)),
             lambda: fb.Moment(first, self.pick([0.2, time])),
-            lambda: contact.Contact(first, second, floor, LAW, closed, **rough),
-            lambda: contact.Contact(first, second, circles, LAW, closed, **rough),
-            lambda: contact.Stop(first, second, LAW, -0.3, upper, closed_at_start=closed, **rough),
+            lambda: contact.Contact(first, second, floor, LAW, closed, **friction_options),
+            lambda: contact.Contact(first, second, circles, LAW, closed, **friction_options),
+            lambda: contact.Stop(
+                first, second, LAW, -0.3, upper, closed_at_start=closed, **friction_options
+            ),
             lambda: contact.AngularStop(first, second, LAW, lower=-1.0, upper=1.0),
             lambda: contact.Brake(first, second, 0.3, 0.1, self.pick([0.0, 5.0, abs_sine])),
             lambda: contact.Clutch(first, second, 0.3, 0.1, self.pick([0.0, 5.0])),
@@ -189,31 +197,31 @@ class Grammar:
         if self.joints and self.chance(0.2):
             name = self.pick(list(self.joints))
             time = self.pick([0.0, 0.03])
-            switched = lambda: fb.contact.Switched(self.joints[name], lambda t: t >= time)  # noqa: E731
-            with_errors(lambda: self.add(self.joints, name, switched()))
+            make_switched = lambda: fb.contact.Switched(self.joints[name], lambda t: t >= time)  # noqa: E731
+            with_errors(lambda: self.add(self.joints, name, make_switched()))
         sensors: dict[str, Any] = {"p": fb.Position(self.pick(self.points))}
         for k in range(self.rng.integers(0, 3)):
             sensor = self.sensor()
             trial = {**sensors, f"s{k}": sensor}
-            if with_errors(lambda trial=trial: self.built(trial)):
+            if with_errors(lambda trial=trial: self.build(trial)):
                 sensors = trial
-        return self.built(sensors)
+        return self.build(sensors)
 
-    def built(self, sensors: dict[str, Any]) -> fb.Mechanism:
+    def build(self, sensors: dict[str, Any]) -> fb.Mechanism:
         return fb.Mechanism(
             bodies=self.bodies, joints=self.joints, loads=self.loads, sensors=sensors
         )
 
     def add(self, parts: dict[str, Any], name: str, part: Any) -> None:
         """Add a part, unless the mechanism refuses it."""
-        before = parts.get(name)
+        previous_part = parts.get(name)
         parts[name] = part
         try:
-            self.built({})
+            self.build({})
         except fb.errors.InputError:
             del parts[name]
-            if before is not None:
-                parts[name] = before
+            if previous_part is not None:
+                parts[name] = previous_part
 
 
 def abs_sine(t):
@@ -256,22 +264,22 @@ def outcome(call: Callable[[], Any]) -> str:
     return "returned" if np.isfinite(values).all() else "NOT FINITE"
 
 
-def judged(seed: int) -> dict[str, Any]:
+def judge_mechanism(seed: int) -> dict[str, Any]:
     """Return what becomes of a mechanism in each of the calls."""
-    free = fb.GeneralizedAlpha(step_tolerance=1e-6)
-    short = {"duration": 0.05, "step": 0.005}
+    integrator = fb.GeneralizedAlpha(step_tolerance=1e-6)
+    run_times = {"duration": 0.05, "step": 0.005}
     results: dict[str, Any] = {"seed": seed}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        built: list[fb.Mechanism] = []
-        results["build"] = outcome(lambda: built.append(Grammar(seed).mechanism()) or 0.0)
-        if not built:
+        models: list[fb.Mechanism] = []
+        results["build"] = outcome(lambda: models.append(Grammar(seed).mechanism()) or 0.0)
+        if not models:
             return results
-        model = built[0]
+        model = models[0]
         calls = {
-            "simulate": lambda: fb.simulate(model, **short),
-            "chosen steps": lambda: fb.simulate(model, integrator=free, **short),
-            "static start": lambda: fb.simulate(model, start="static", **short),
+            "simulate": lambda: fb.simulate(model, **run_times),
+            "chosen steps": lambda: fb.simulate(model, integrator=integrator, **run_times),
+            "static start": lambda: fb.simulate(model, start="static", **run_times),
             "equilibrium": lambda: fb.equilibrium(model),
             "modes": lambda: fb.modes(model, 3)["eigenvalue"].values,
             "describe": lambda: float(len(fb.describe(model))),
@@ -282,14 +290,14 @@ def judged(seed: int) -> dict[str, Any]:
 
 
 def main() -> None:
-    chosen = options(
+    arguments = options(
         __doc__,
         3000,
         seed=(1, "first seed; those of documented tables must not be looked at before"),
         file=("output/grammar.jsonl", "one line for each mechanism that was judged"),
     )
-    seeds = range(chosen.seed, chosen.seed + chosen.samples)
-    cases = judged_cases(chosen.file, seeds, judged)
+    seeds = range(arguments.seed, arguments.seed + arguments.samples)
+    cases = judge_cases(arguments.file, seeds, judge_mechanism)
     rows = []
     notes = [f"seeds {seeds[0]} to {seeds[-1]}"]
     names = [
@@ -313,7 +321,7 @@ def main() -> None:
             if name in case and case[name][:3] in ("RAW", "NOT", "SLO")
         ]  # fmt: skip
     header = ["call", "returned", "refused", "too slow", "raw errors", "not finite"]
-    report(chosen.output, "grammar", header, rows, {"cases": cases}, notes)
+    report(arguments.output, "grammar", header, rows, {"cases": cases}, notes)
 
 
 if __name__ == "__main__":

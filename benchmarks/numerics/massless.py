@@ -52,7 +52,7 @@ def point(rng: np.random.Generator, place) -> Part:
     return Part(10.0 ** rng.uniform(-1, 1), None, {"centre": (0.0, 0.0)}, tuple(place), 0.0)
 
 
-def beyond(rng: np.random.Generator, start, length: float, angle: float | None = None):
+def offset_point(rng: np.random.Generator, start, length: float, angle: float | None = None):
     """Return a point at a distance in a drawn direction."""
     angle = rng.uniform(-np.pi, np.pi) if angle is None else angle
     return start[0] + length * np.cos(angle), start[1] + length * np.sin(angle)
@@ -66,7 +66,7 @@ def chain(rng: np.random.Generator) -> Draw:
     at = (0.0, 0.0)
     last = (0.0, 0.0)
     for k in range(rng.integers(1, 5)):
-        end = beyond(rng, at, rng.uniform(0.1, 0.5))
+        end = offset_point(rng, at, rng.uniform(0.1, 0.5))
         parts[f"b{k}"] = bar(rng, at, end)
         weld = k > 0 and rng.random() < 0.2
         angle = parts[f"b{k}"].angle - parts[f"b{k - 1}"].angle if weld else 0.0
@@ -76,8 +76,8 @@ def chain(rng: np.random.Generator) -> Draw:
             parts[f"m{k}"] = point(rng, end)
             joints[f"M{k}"] = "pin", (f"m{k}", "centre"), (f"b{k}", "end")
         if rng.random() < 0.3:
-            before = parts[f"b{k - 1}"].angle if k else 0.0
-            rest = float(parts[f"b{k}"].angle - before)
+            previous_angle = parts[f"b{k - 1}"].angle if k else 0.0
+            rest = float(parts[f"b{k}"].angle - previous_angle)
             springs.append(("turn", (f"b{k}", "start"), last, rng.uniform(1, 30), rest,
                             rng.choice([0.0, 0.05])))  # fmt: skip
         at = end
@@ -85,7 +85,7 @@ def chain(rng: np.random.Generator) -> Draw:
     return Draw("chain", parts, joints, springs)
 
 
-def _driven(rng, joints, parts, name):
+def _add_motor(rng, joints, parts, name):
     """Add a motor to some mechanisms."""
     if rng.random() < 0.4:
         joints["motor"] = "motor", (name, "start"), (0.0, 0.0), rng.uniform(-10, 10)
@@ -93,9 +93,9 @@ def _driven(rng, joints, parts, name):
 
 def four_bar(rng: np.random.Generator) -> Draw:
     """Return a four-bar, some with a point mass on its coupler, a spring or a motor."""
-    a = beyond(rng, (0.0, 0.0), rng.uniform(0.05, 0.15))
+    a = offset_point(rng, (0.0, 0.0), rng.uniform(0.05, 0.15))
     d = (rng.uniform(0.25, 0.4), 0.0)
-    b = beyond(rng, d, rng.uniform(0.15, 0.3), rng.uniform(0.8, 2.2))
+    b = offset_point(rng, d, rng.uniform(0.15, 0.3), rng.uniform(0.8, 2.2))
     parts = {
         "crank": bar(rng, (0.0, 0.0), a), "coupler": bar(rng, a, b), "rocker": bar(rng, d, b)
     }  # fmt: skip
@@ -117,7 +117,7 @@ def four_bar(rng: np.random.Generator) -> Draw:
     if rng.random() < 0.4:
         springs.append(("line", ("coupler", "centre"), (0.1, 0.5), rng.uniform(10, 300), 0.2,
                         rng.choice([0.0, 1.0])))  # fmt: skip
-    _driven(rng, joints, parts, "crank")
+    _add_motor(rng, joints, parts, "crank")
     return Draw("four-bar", parts, joints, springs)
 
 
@@ -125,7 +125,7 @@ def slider_crank(rng: np.random.Generator) -> Draw:
     """Return a slider–crank whose slider is a body on a guide, or a point mass in a slot."""
     length = rng.uniform(0.3, 0.6)
     arm = rng.uniform(0.05, 0.2)
-    a = beyond(rng, (0.0, 0.0), arm)
+    a = offset_point(rng, (0.0, 0.0), arm)
     b = a[0] + np.sqrt(length**2 - a[1] ** 2), 0.0
     parts = {"crank": bar(rng, (0.0, 0.0), a), "rod": bar(rng, a, b)}
     joints: dict[str, tuple] = {
@@ -144,18 +144,18 @@ def slider_crank(rng: np.random.Generator) -> Draw:
     if rng.random() < 0.4:
         springs.append(("line", ("slider", "centre"), (0.0, 0.0), rng.uniform(10, 300), b[0],
                         rng.choice([0.0, 2.0])))  # fmt: skip
-    _driven(rng, joints, parts, "crank")
+    _add_motor(rng, joints, parts, "crank")
     return Draw("slider–crank", parts, joints, springs)
 
 
 def quick_return(rng: np.random.Generator) -> Draw:
     """Return a crank whose end runs in the slot of a rocker."""
-    a = beyond(rng, (0.0, 0.0), rng.uniform(0.05, 0.12))
+    a = offset_point(rng, (0.0, 0.0), rng.uniform(0.05, 0.12))
     d = (0.0, -rng.uniform(0.2, 0.4))
     reach = 0.6
     angle = float(np.arctan2(a[1] - d[1], a[0] - d[0]))
     parts = {
-        "crank": bar(rng, (0.0, 0.0), a), "rocker": bar(rng, d, beyond(rng, d, reach, angle))
+        "crank": bar(rng, (0.0, 0.0), a), "rocker": bar(rng, d, offset_point(rng, d, reach, angle))
     }  # fmt: skip
     joints: dict[str, tuple] = {
         "A": ("pin", ("crank", "start"), (0.0, 0.0)),
@@ -168,7 +168,7 @@ def quick_return(rng: np.random.Generator) -> Draw:
         joints["S"] = "slide", ("block", "centre"), ("rocker", "start"), (1.0, 0.0), 0.0
     else:
         joints["S"] = "slot", ("crank", "end"), ("rocker", "start"), (1.0, 0.0)
-    _driven(rng, joints, parts, "crank")
+    _add_motor(rng, joints, parts, "crank")
     return Draw("quick return", parts, joints)
 
 
@@ -180,7 +180,7 @@ def cranks(rng: np.random.Generator) -> Draw:
     places = np.sort(rng.uniform(-0.5, 0.5, 3))
     parts: dict[str, Part] = {}
     joints: dict[str, tuple] = {}
-    centre = beyond(rng, (0.0, 0.0), length, angle)
+    centre = offset_point(rng, (0.0, 0.0), length, angle)
     mass = 10.0 ** rng.uniform(-1, 1)
     points = {f"p{k}": (float(x), 0.0) for k, x in enumerate(places)} | {"centre": (0.0, 0.0)}
     inertia = rng.choice([0.0, 0.1]) * mass
@@ -190,13 +190,13 @@ def cranks(rng: np.random.Generator) -> Draw:
         if rng.random() < 0.2:
             joints[f"b{k}"] = "rod", ("plate", f"p{k}"), foot, length
             continue
-        parts[f"c{k}"] = bar(rng, foot, beyond(rng, foot, length, angle))
+        parts[f"c{k}"] = bar(rng, foot, offset_point(rng, foot, length, angle))
         joints[f"a{k}"] = "pin", (f"c{k}", "start"), foot
         joints[f"b{k}"] = "pin", ("plate", f"p{k}"), (f"c{k}", "end")
     return Draw("parallel cranks", parts, joints)
 
 
-def sprung(rng: np.random.Generator) -> Draw:
+def sprung_body(rng: np.random.Generator) -> Draw:
     """Return a body on springs that act on massless plates, hubs or bars joined to it."""
     parts: dict[str, Part] = {"body": rod((0.0, 0.0), (0.4, 0.0), 2.0, 0.05)}
     joints: dict[str, tuple] = {}
@@ -204,21 +204,21 @@ def sprung(rng: np.random.Generator) -> Draw:
         joints["A"] = "pin", ("body", "start"), (0.0, 0.0)
     springs: list[tuple] = []
     for k in range(rng.integers(1, 4)):
-        end = beyond(rng, (0.4, 0.0), rng.uniform(0.1, 0.3))
+        end = offset_point(rng, (0.4, 0.0), rng.uniform(0.1, 0.3))
         parts[f"b{k}"] = bar(rng, (0.4, 0.0), end)
         angle = parts[f"b{k}"].angle
         where = (f"b{k}", "start"), ("body", "end")
         joints[f"J{k}"] = ("weld", *where, angle) if rng.random() < 0.6 else ("pin", *where)
-        anchor = beyond(rng, end, rng.uniform(0.2, 0.4))
+        anchor = offset_point(rng, end, rng.uniform(0.2, 0.4))
         springs.append(("line", (f"b{k}", "end"), anchor, rng.uniform(20, 500),
                         rng.uniform(0.1, 0.4), rng.choice([0.0, 1.0])))  # fmt: skip
     return Draw("sprung", parts, joints, springs)
 
 
-KINDS = chain, four_bar, slider_crank, quick_return, cranks, sprung
+KINDS = chain, four_bar, slider_crank, quick_return, cranks, sprung_body
 
 
-def drawn(seed: int) -> Draw:
+def draw_mechanism(seed: int) -> Draw:
     """Return the mechanism of a seed."""
     rng = np.random.default_rng(seed)
     return KINDS[rng.integers(len(KINDS))](rng)
@@ -233,67 +233,74 @@ def errors(draw: Draw, exact: dict[str, np.ndarray], parts: int, unique: bool) -
     largest = {"place": draw.size, "angle": 1.0, "force": 0.0}
     forces = [np.abs(v).max() for name, v in exact.items() if name.startswith("force")]
     largest["force"] = max(*forces, 1e-9)
-    found = dict.fromkeys(largest, 0.0)
+    largest_errors = dict.fromkeys(largest, 0.0)
     for name, values in zip(motion.output.values, motion.values, strict=True):
         kind = str(name).split()[0]
         if kind == "force" and not unique:
             continue
-        off = values[:: len(values) // (len(exact[name]) - 1)] - exact[name]
+        difference = values[:: len(values) // (len(exact[name]) - 1)] - exact[name]
         if kind == "angle":
-            off = (off + np.pi) % (2 * np.pi) - np.pi
-        found[kind] = max(found[kind], float(np.abs(off).max()) / largest[kind])
-    return found
+            difference = (difference + np.pi) % (2 * np.pi) - np.pi
+        largest_errors[kind] = max(
+            largest_errors[kind], float(np.abs(difference).max()) / largest[kind]
+        )
+    return largest_errors
 
 
-def judged(draw: Draw) -> tuple[str, str]:
+def judge_mechanism(draw: Draw) -> tuple[str, str]:
     """Return what became of a mechanism, and why."""
     reference = Reference(draw)
-    determined = reference.determined(reference.start) > UNDETERMINED
-    found: dict[str, float] = {}
-    with warnings.catch_warnings(record=True) as warned:
+    is_determined = reference.determinacy(reference.start) > UNDETERMINED
+    error_by_kind: dict[str, float] = {}
+    with warnings.catch_warnings(record=True) as warning_list:
         warnings.simplefilter("always")
-        exact = reference.motion(np.linspace(0.0, DURATION, 41)) if determined else None
+        exact = reference.motion(np.linspace(0.0, DURATION, 41)) if is_determined else None
         try:
             if exact is not None:
-                found = converged(draw, exact, not reference.redundant(reference.start))
+                error_by_kind = errors_at_fine_step(
+                    draw, exact, not reference.is_redundant(reference.start)
+                )
             else:
                 fb.simulate(mechanism(draw), duration=DURATION, step=STEP)
         except (fb.errors.InputError, fb.errors.SimulationError, fb.errors.AssemblyError) as error:
-            told = isinstance(error, fb.errors.SimulationError) and exact is None
-            refused = "not judged" if told else "refused wrongly"
-            return refused if determined else "refused rightly", f"{type(error).__name__}: {error}"
+            no_verdict = isinstance(error, fb.errors.SimulationError) and exact is None
+            verdict = "not judged" if no_verdict else "refused wrongly"
+            return (
+                verdict if is_determined else "refused rightly",
+                f"{type(error).__name__}: {error}",
+            )
     if exact is None:
-        return "not judged" if determined else "accepted wrongly", "masses hardly determine it"
-    text = ", ".join(f"{kind} {error:.1e}" for kind, error in found.items())
-    if max(found.values()) < TOLERANCE:
+        return "not judged" if is_determined else "accepted wrongly", "masses hardly determine it"
+    text = ", ".join(f"{kind} {error:.1e}" for kind, error in error_by_kind.items())
+    if max(error_by_kind.values()) < TOLERANCE:
         return "right", text
-    resolution = any(issubclass(w.category, fb.errors.ResolutionWarning) for w in warned)
+    resolution = any(issubclass(w.category, fb.errors.ResolutionWarning) for w in warning_list)
     return "wrong, warned of" if resolution else "wrong in silence", text
 
 
-def converged(draw: Draw, exact: dict[str, np.ndarray], unique: bool) -> dict[str, float]:
+def errors_at_fine_step(draw: Draw, exact: dict[str, np.ndarray], unique: bool) -> dict[str, float]:
     """Return the `errors` at the first step that is short enough, or at the shortest one."""
-    found: dict[str, float] = {}
+    largest_errors: dict[str, float] = {}
     for parts in (1, 10, 50):
-        found = errors(draw, exact, parts, unique)
-        if max(found.values()) < TOLERANCE:
+        largest_errors = errors(draw, exact, parts, unique)
+        if max(largest_errors.values()) < TOLERANCE:
             break
-    return found
+    return largest_errors
 
 
 def main() -> None:
-    given = options(__doc__, MECHANISMS, seed=(1, "first of the seeds"))
+    arguments = options(__doc__, MECHANISMS, seed=(1, "first of the seeds"))
     counts: dict[str, Counter] = {}
-    for seed in range(given.seed, given.seed + given.samples):
-        draw = drawn(seed)
-        outcome, why = judged(draw)
+    for seed in range(arguments.seed, arguments.seed + arguments.samples):
+        draw = draw_mechanism(seed)
+        outcome, why = judge_mechanism(draw)
         counts.setdefault(draw.kind, Counter())[outcome] += 1
         if outcome not in ("right", "refused rightly"):
             print(seed, draw.kind, outcome, why, file=sys.stderr)
     outcomes = sorted({outcome for count in counts.values() for outcome in count})
     rows = [[kind, *(str(count[o]) for o in outcomes)] for kind, count in counts.items()]
-    measured = {kind: dict(count) for kind, count in counts.items()}
-    report(given.output, "massless", ["mechanism", *outcomes], rows, measured)
+    measurements = {kind: dict(count) for kind, count in counts.items()}
+    report(arguments.output, "massless", ["mechanism", *outcomes], rows, measurements)
 
 
 if __name__ == "__main__":

@@ -85,6 +85,7 @@ def mechanism(draw: Draw) -> fb.Mechanism:
             return place
         return place[0] if draw.parts[place[0]].inertia is None else f"{place[0]}.{place[1]}"
 
+    # Bodies.
     for name, part in draw.parts.items():
         sensors[f"place {name}"] = fb.Position(name)
         if part.inertia is None:
@@ -95,6 +96,7 @@ def mechanism(draw: Draw) -> fb.Mechanism:
                 mass=part.mass, inertia=part.inertia, points=part.points, position=part.place,
                 angle=part.angle,
             )  # fmt: skip
+    # Joints.
     kinds: dict[str, Callable] = {
         "pin": fb.Revolute,
         "weld": fb.Weld,
@@ -107,6 +109,7 @@ def mechanism(draw: Draw) -> fb.Mechanism:
         joints[name] = kinds[kind](of(first), of(second), *numbers)
         if kind != "motor":
             sensors[f"force {name}"] = fb.Reaction(name)
+    # Springs.
     for k, (kind, first, second, *numbers) in enumerate(draw.springs):
         spring = fb.Spring if kind == "line" else fb.TorsionSpring
         stiffness, rest, damping = numbers
@@ -134,8 +137,10 @@ class Reference:
         self.turns = {}
         for kind, first, second, _, rest, _ in draw.springs:
             if kind == "turn":
-                apart = self.rotation(first, self.start)[0] - self.rotation(second, self.start)[0]
-                self.turns[first[0]] = 2 * np.pi * np.round((apart - rest) / (2 * np.pi))
+                relative_angle = (
+                    self.rotation(first, self.start)[0] - self.rotation(second, self.start)[0]
+                )
+                self.turns[first[0]] = 2 * np.pi * np.round((relative_angle - rest) / (2 * np.pi))
         self.gravity = np.array([[0.0, -GRAVITY * part.mass, 0.0] for part in parts]).ravel()
 
     def point(self, place: Place, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -177,8 +182,8 @@ class Reference:
                 s = np.sin(angle)
                 n = np.array([-s * axis[0] - c * axis[1], c * axis[0] - s * axis[1]])
                 n /= np.hypot(*n)
-                turned = np.array([-n[1], n[0]])
-                rows.append(n @ (J1 - J2) + turned @ (r1 - r2) * W2)
+                tangent = np.array([-n[1], n[0]])
+                rows.append(n @ (J1 - J2) + tangent @ (r1 - r2) * W2)
             if kind in ("weld", "slide", "motor"):
                 rows.append(W1 - W2)
             of[name] = slice(begin, len(rows))
@@ -186,11 +191,11 @@ class Reference:
 
     def rate(self) -> np.ndarray:
         """Return Φ_q v, which is constant in time."""
-        given = []
+        rates = []
         for kind, *_, number in self.draw.joints.values():
             count = {"pin": 2, "weld": 3, "slot": 1, "slide": 2, "rod": 1, "motor": 1}[kind]
-            given += [number if kind == "motor" else 0.0] * count
-        return np.array(given)
+            rates += [number if kind == "motor" else 0.0] * count
+        return np.array(rates)
 
     def forces(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return the generalized forces of gravity and springs."""
@@ -207,7 +212,7 @@ class Reference:
                 Q -= (W1 - W2) * (stiffness * turn + damping * ((W1 - W2) @ v))
         return Q
 
-    def solved(self, q: np.ndarray, forces: np.ndarray, right: np.ndarray):
+    def solve_constrained(self, q: np.ndarray, forces: np.ndarray, right: np.ndarray):
         """Return x and λ of M x + Φ_qᵀλ = forces and Φ_q x = right.
 
         x is a solution of the constraints and a motion that they allow, so that light bodies are as
@@ -217,24 +222,24 @@ class Reference:
         U, sizes, V = np.linalg.svd(J)
         rank = int(np.sum(sizes > INDEPENDENT * sizes[0]))
         x = V[:rank].T @ (U[:, :rank].T @ right / sizes[:rank])
-        free = V[rank:].T
-        of_free = free.T @ (self.mass[:, None] * free)
-        x += free @ np.linalg.solve(of_free, free.T @ (forces - self.mass * x))
+        null_space = V[rank:].T
+        reduced_mass = null_space.T @ (self.mass[:, None] * null_space)
+        x += null_space @ np.linalg.solve(reduced_mass, null_space.T @ (forces - self.mass * x))
         return x, U[:, :rank] @ (V[:rank] @ (forces - self.mass * x) / sizes[:rank])
 
     def accelerations(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return q̈ and λ."""
         h = 1e-6 / max(1.0, float(np.abs(v).max()))
         drift = (self.rows(q + h * v)[0] - self.rows(q - h * v)[0]) @ v / (2 * h)
-        return self.solved(q, self.forces(q, v), -drift)
+        return self.solve_constrained(q, self.forces(q, v), -drift)
 
-    def open(self, q: np.ndarray) -> float:
+    def largest_gap(self, q: np.ndarray) -> float:
         """Return the largest distance between the points of a pin, relative to the mechanism."""
         pins = [j for j in self.draw.joints.values() if j[0] in ("pin", "weld")]
         gaps = [self.point(a, q)[0] - self.point(b, q)[0] for _, a, b, *_ in pins]
         return float(np.max(np.abs(gaps), initial=0.0)) / self.draw.size
 
-    def determined(self, q: np.ndarray) -> float:
+    def determinacy(self, q: np.ndarray) -> float:
         """Return how well masses and joints determine the motion, 0 if they do not.
 
         It is the smallest displacement of what has mass in a motion of all, as a share of it.
@@ -244,19 +249,19 @@ class Reference:
         scaled = J * size
         scaled = scaled / np.maximum(np.linalg.norm(scaled, axis=1, keepdims=True), 1e-300)
         _, sizes, directions = np.linalg.svd(scaled)
-        free = directions[int(np.sum(sizes > INDEPENDENT * sizes[0])) :]
-        if not len(free) or not np.any(self.mass > 0):
-            return float(not len(free))
-        return float(np.linalg.svd(free[:, self.mass > 0])[1][len(free) - 1 :].sum())
+        null_space = directions[int(np.sum(sizes > INDEPENDENT * sizes[0])) :]
+        if not len(null_space) or not np.any(self.mass > 0):
+            return float(not len(null_space))
+        return float(np.linalg.svd(null_space[:, self.mass > 0])[1][len(null_space) - 1 :].sum())
 
-    def redundant(self, q: np.ndarray) -> bool:
+    def is_redundant(self, q: np.ndarray) -> bool:
         """Return whether constraints depend on each other."""
         sizes = np.linalg.svd(self.rows(q)[0], compute_uv=False)
         return bool(sizes[-1] < INDEPENDENT * sizes[0] or len(self.rows(q)[0]) > len(q))
 
     def velocity(self) -> np.ndarray:
         """Return the velocities at the start: those of drives, with the least kinetic energy."""
-        return self.solved(self.start, np.zeros(len(self.start)), self.rate())[0]
+        return self.solve_constrained(self.start, np.zeros(len(self.start)), self.rate())[0]
 
     def motion(self, times: np.ndarray) -> dict[str, np.ndarray] | None:
         """Return the outputs of `mechanism` at these times, or None if this cannot tell them.
@@ -270,21 +275,26 @@ class Reference:
         def derivative(_, y):
             return np.concatenate([y[n:], self.accelerations(y[:n], y[n:])[0]])
 
-        rough, fine = (
+        # Integrate twice; what is sensitive or singular has no reference.
+        coarse, fine = (
             solve_ivp(
                 derivative, (0.0, float(times[-1])), begin, method, dense_output=True,
                 rtol=tolerance, atol=0.1 * tolerance, max_step=0.02,
             )
             for method, tolerance in (("RK45", 1e-6), ("DOP853", 1e-9))
         )  # fmt: skip
-        if not (rough.success and fine.success):
+        if not (coarse.success and fine.success):
             return None
-        between = np.linspace(times[0], times[-1], BETWEEN * (len(times) - 1) + 1)
-        places = fine.sol(between)[:n].T
-        if np.abs(rough.sol(between)[:n].T - places).max() > SENSITIVE:
+        check_times = np.linspace(times[0], times[-1], BETWEEN * (len(times) - 1) + 1)
+        places = fine.sol(check_times)[:n].T
+        if np.abs(coarse.sol(check_times)[:n].T - places).max() > SENSITIVE:
             return None
-        if max(map(self.open, places)) > OPEN or min(map(self.determined, places)) < SINGULAR:
+        if (
+            max(map(self.largest_gap, places)) > OPEN
+            or min(map(self.determinacy, places)) < SINGULAR
+        ):
             return None
+        # Collect places, angles and forces of joints.
         outputs: dict[str, list] = {}
         for state in fine.sol(times).T:
             q = state[:n]

@@ -21,10 +21,10 @@ from benchmarks.numerics.problems import (
     PROBLEMS,
     Choice,
     Problem,
-    apart,
     motion,
     peak_error,
     reference,
+    relative_difference,
 )
 
 STEPS = (10, 20, 40, 100)
@@ -35,13 +35,13 @@ PERIODS = 20
 
 def estimate(problem: Problem, choice: Choice) -> np.ndarray:
     """Return what `discretization_error` says of the outputs that are compared."""
-    found = fb.discretization_error(
+    error_estimate = fb.discretization_error(
         problem.build(choice.element, choice.elements, choice.damping),
         duration=problem.duration,
         step=choice.step,
         integrator=fb.GeneralizedAlpha(spectral_radius=choice.radius),
     )
-    return found["relative_error"].sel(output=list(problem.outputs)).values
+    return error_estimate["relative_error"].sel(output=list(problem.outputs)).values
 
 
 def lag_and_damping(steps: int, radius: float) -> tuple[float, float]:
@@ -53,15 +53,15 @@ def lag_and_damping(steps: int, radius: float) -> tuple[float, float]:
         sensors={"r": fb.Position("m"), "v": fb.Velocity("m")},
     )
     integrator = fb.GeneralizedAlpha(spectral_radius=radius)
-    found = fb.simulate(mass, duration=PERIODS, step=1 / steps, integrator=integrator)
-    r, v = (found.sel(output=name).values for name in ("r_X", "v_X"))
+    vibration = fb.simulate(mass, duration=PERIODS, step=1 / steps, integrator=integrator)
+    r, v = (vibration.sel(output=name).values for name in ("r_X", "v_X"))
     phase = np.unwrap(np.angle((r - 1) - 1j * v / (2 * np.pi)))
     size = np.hypot(r - 1, v / (2 * np.pi))
-    whole = slice(steps, None, steps)
-    t = 2 * np.pi * found.time.values  # after whole periods
-    turned = np.polyfit(t[whole], phase[whole], 1)[0]
+    full_periods = slice(steps, None, steps)
+    t = 2 * np.pi * vibration.time.values  # after whole periods
+    phase_rate = np.polyfit(t[full_periods], phase[full_periods], 1)[0]
     decay = np.polyfit(t, np.log(size), 1)[0]
-    return 1 - turned, -decay
+    return 1 - phase_rate, -decay
 
 
 def laws() -> tuple[list[list[str]], list[tuple[float, ...]]]:
@@ -91,30 +91,32 @@ def percent(values: np.ndarray) -> str:
 def errors(problem: Problem, notes: list[str]) -> tuple[list[list[str]], list[dict]]:
     """Return the lines of one mechanism, and append how far its references are converged."""
     references = {c.damping: reference(problem, c.damping) for c in problem.choices}
-    for damping, found in references.items():
+    for damping, checks in references.items():
         notes.append(
             f"{problem.name}, τ = {damping:g} s: the reference moves by "
-            f"{percent(found.halved)} % with half the steps, {percent(found.undamped)} % with "
-            f"ρ∞ = 1, {percent(found.other)} % with "
+            f"{percent(checks.half_step_error)} % with half the steps, "
+            f"{percent(checks.undamped_error)} % with ρ∞ = 1, {percent(checks.other)} % with "
             f"{problem.other.element}, {problem.other.elements} elements"
         )
     rows = []
-    measured = []
+    measurements = []
     for choice in problem.choices:
-        found = motion(problem, choice)
+        trial_motion = motion(problem, choice)
         truth = references[choice.damping].motion
-        true = apart(found, truth)
-        peak = peak_error(found, truth)
-        said = estimate(problem, choice)  # fmt: skip
+        true = relative_difference(trial_motion, truth)
+        peak = peak_error(trial_motion, truth)
+        estimated_error = estimate(problem, choice)  # fmt: skip
         per_period = f"{1 / problem.frequency / choice.step:.0f}" if problem.frequency else ""
-        measured.append({"choice": vars(choice), "error": true.tolist(), "estimate": said.tolist()})
+        measurements.append(
+            {"choice": vars(choice), "error": true.tolist(), "estimate": estimated_error.tolist()}
+        )
         rows.append([
             "" if rows else f"{problem.name}: {' / '.join(problem.outputs)}", choice.element,
             str(choice.elements or ""), f"{1e3 * choice.step:g}", per_period,
             f"{choice.radius:g}", f"{choice.damping:g}", percent(true), percent(peak),
-            percent(said),
+            percent(estimated_error),
         ])  # fmt: skip
-    return rows, measured
+    return rows, measurements
 
 
 HEADER = [
@@ -128,15 +130,15 @@ def main() -> None:
     folder: Path = options(__doc__, 1).output
     rows = []
     notes = []
-    measured = {}
+    measurements = {}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fb.errors.FlexbandWarning)
         for problem in PROBLEMS:
-            own, measured[problem.name] = errors(problem, notes)
-            rows += own
+            lines, measurements[problem.name] = errors(problem, notes)
+            rows += lines
             print(f"{problem.name}: {time.process_time():.0f} s", flush=True)
         table, numbers = laws()
-    report(folder, "numerics", HEADER, rows, measured, notes)
+    report(folder, "numerics", HEADER, rows, measurements, notes)
     report(folder, "numerics_laws", LAWS, table, {"laws": numbers})
 
 

@@ -95,44 +95,48 @@ KINDS = {
 
 def sensors(mechanism: fb.Mechanism) -> dict[str, Any]:
     """Return every sensor that a mechanism may have, at the points that bodies name."""
-    found: dict[str, Any] = {
+    sensor_map: dict[str, Any] = {
         "E_k": fb.KineticEnergy(), "E_e": fb.ElasticEnergy(), "E_p": fb.PotentialEnergy()
     }  # fmt: skip
     for name, body in mechanism.bodies.items():
-        ends = [f"{name}.{own}" for own in ("start", "end") if own in getattr(body, "points", {})]
+        ends = [f"{name}.{end}" for end in ("start", "end") if end in getattr(body, "points", {})]
         of_member = isinstance(body, fb.Beam)
         places = [f"{name}.start", f"{name}.middle", f"{name}.end"] if of_member else [name, *ends]
         kinds = [fb.Position, fb.Velocity, fb.Acceleration]
         kinds += [fb.Angle, fb.AngularVelocity] * (not isinstance(body, fb.PointMass))
-        found |= {f"{kind.__name__} {place}": kind(place) for kind in kinds for place in places}
+        sensor_map |= {
+            f"{kind.__name__} {place}": kind(place) for kind in kinds for place in places
+        }
         if of_member:
             members = fb.SectionForces, fb.Strain, fb.Stress, fb.Deflection
-            found |= {f"{kind.__name__} {name}": kind(name) for kind in members}
+            sensor_map |= {f"{kind.__name__} {name}": kind(name) for kind in members}
     for name in mechanism.joints:
         kinds = fb.Reaction, fb.ReactionMoment, fb.Work
-        found |= {f"{kind.__name__} {name}": kind(name) for kind in kinds}
+        sensor_map |= {f"{kind.__name__} {name}": kind(name) for kind in kinds}
     for name, load in mechanism.loads.items():
         springs = {fb.Spring: fb.SpringForce, fb.TorsionSpring: fb.SpringMoment}
-        found |= {
+        sensor_map |= {
             f"{kind.__name__} {name}": kind(name) for kind in [springs.get(type(load))] if kind
         }
-        found[f"Work {name}"] = fb.Work(name)
-    return {name: one for name, one in found.items() if _allowed(mechanism, name, one)}
+        sensor_map[f"Work {name}"] = fb.Work(name)
+    return {
+        name: sensor for name, sensor in sensor_map.items() if _accepts(mechanism, name, sensor)
+    }
 
 
-def _allowed(mechanism: fb.Mechanism, name: str, one: Any) -> bool:
+def _accepts(mechanism: fb.Mechanism, name: str, sensor: Any) -> bool:
     """Return whether a mechanism may have a sensor."""
     try:
-        fb.simulate(with_sensors(mechanism, {name: one}), duration=1e-3, step=1e-3)
+        fb.simulate(with_sensors(mechanism, {name: sensor}), duration=1e-3, step=1e-3)
     except fb.errors.InputError:
         return False
     return True
 
 
-def with_sensors(mechanism: fb.Mechanism, chosen: Mapping[str, Any]) -> fb.Mechanism:
+def with_sensors(mechanism: fb.Mechanism, selection: Mapping[str, Any]) -> fb.Mechanism:
     """Return a mechanism with other sensors."""
     parts = {"bodies": mechanism.bodies, "joints": mechanism.joints, "loads": mechanism.loads}
-    return fb.Mechanism(**parts, sensors=dict(chosen))
+    return fb.Mechanism(**parts, sensors=dict(selection))
 
 
 def refusals(seed: int) -> Iterator[str]:
@@ -141,38 +145,43 @@ def refusals(seed: int) -> Iterator[str]:
     builder, about = list(KINDS.items())[seed % len(KINDS)]
     nominal = {name: value * rng.uniform(0.9, 1.1) for name, value in about.items()}
     step = float(rng.choice(STEPS))
-    uncertain = rng.choice(list(nominal), size=2, replace=False).tolist()
+    uncertain_names = rng.choice(list(nominal), size=2, replace=False).tolist()
     half = float(rng.choice([1e-3, 0.02]))
     inputs = {
-        uncertain[0]: fb.Interval.around(nominal[uncertain[0]], percent=100 * half),
-        uncertain[1]: fb.Normal(nominal[uncertain[1]], cv=half),
+        uncertain_names[0]: fb.Interval.around(nominal[uncertain_names[0]], percent=100 * half),
+        uncertain_names[1]: fb.Normal(nominal[uncertain_names[1]], cv=half),
     }
-    every = sensors(builder(**nominal))
-    groups = [every, *({k: every[k]} for k in rng.choice(list(every), size=ALONE, replace=False))]
-    for chosen in groups:
+    all_sensors = sensors(builder(**nominal))
+    groups = [
+        all_sensors,
+        *({k: all_sensors[k]} for k in rng.choice(list(all_sensors), size=ALONE, replace=False)),
+    ]
+    for selection in groups:
 
-        def build(chosen: Mapping[str, Any] = chosen, **values: Any) -> fb.Mechanism:
-            return with_sensors(builder(**nominal | values), chosen)
+        def build(selection: Mapping[str, Any] = selection, **values: Any) -> fb.Mechanism:
+            return with_sensors(builder(**nominal | values), selection)
 
         response = fb.dynamic_response(build, duration=DURATION, step=step, threads=1)
         try:
             fb.propagate(response, inputs, fb.PCCI(1, 1))
         except fb.errors.InputError as error:
-            named = "all sensors" if chosen is every else next(iter(chosen))
-            yield f"{builder.__name__}:{seed} with {named}, {step:g} s: {error}"
+            sensor_name = "all sensors" if selection is all_sensors else next(iter(selection))
+            yield f"{builder.__name__}:{seed} with {sensor_name}, {step:g} s: {error}"
 
 
 def main() -> None:
-    chosen = options(__doc__, MECHANISMS, seed=(0, "first seed"))
+    arguments = options(__doc__, MECHANISMS, seed=(0, "first seed"))
     rows = []
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        for seed in range(chosen.seed, chosen.seed + chosen.samples):
+        for seed in range(arguments.seed, arguments.seed + arguments.samples):
             for text in refusals(seed):
                 rows.append([text])
                 print(text, flush=True)
-    notes = [f"{chosen.samples} mechanisms, seeds from {chosen.seed} on; refused: {len(rows)}"]
-    report(chosen.output, "ordinary", ["refused"], rows, {"refused": rows}, notes)
+    notes = [
+        f"{arguments.samples} mechanisms, seeds from {arguments.seed} on; refused: {len(rows)}"
+    ]
+    report(arguments.output, "ordinary", ["refused"], rows, {"refused": rows}, notes)
 
 
 if __name__ == "__main__":

@@ -46,63 +46,68 @@ def engine(clearance: np.ndarray, mass: np.ndarray) -> fb.Mechanism:
 
 
 def main() -> None:
-    chosen = options(__doc__, 2000, tolerance=(1e-6, "of the engine's steps"), seed=(1, "of both"))
+    arguments = options(
+        __doc__, 2000, tolerance=(1e-6, "of the engine's steps"), seed=(1, "of both")
+    )
     response = fb.dynamic_response(
         engine,
         duration=worn_pin.END,
         step=1.2e-3,
-        integrator=fb.GeneralizedAlpha(step_tolerance=chosen.tolerance),
+        integrator=fb.GeneralizedAlpha(step_tolerance=arguments.tolerance),
     )
+    # Sample parts by the engine.
     quantities = {name: fb.analysis.Final(output) for name, output in NUMBERS.items()}
     warnings.simplefilter("ignore", fb.errors.FlexbandWarning)
-    before = time.process_time()
+    start_time = time.process_time()
     with tempfile.TemporaryDirectory() as folder:
         parts = fb.analysis.sample_parts(
             response,
             INPUTS,
             quantities=quantities,
-            samples=chosen.samples,
-            seed=chosen.seed,
+            samples=arguments.samples,
+            seed=arguments.seed,
             store=folder,
         )
         runs = fb.execution.open_runs(folder)["outputs"].isel(time=-1).load()
-    cpu = time.process_time() - before
+    cpu = time.process_time() - start_time
 
-    rng = np.random.default_rng(1000 + chosen.seed)
-    points = [rng.uniform(i.lower, i.upper, chosen.samples) for i in INPUTS.values()]
-    reference = np.empty((chosen.samples, 3))
-    before = time.process_time()
+    # Sample other parts by the independent program.
+    rng = np.random.default_rng(1000 + arguments.seed)
+    points = [rng.uniform(i.lower, i.upper, arguments.samples) for i in INPUTS.values()]
+    reference = np.empty((arguments.samples, 3))
+    start_time = time.process_time()
     worn_pin.samples(*points, reference)
-    cpu_of_reference = time.process_time() - before
+    cpu_of_reference = time.process_time() - start_time
 
+    # Compare the distributions.
     rows = []
-    measured = {}
-    agree = True
+    measurements = {}
+    agreement = True
     for (name, output), exact in zip(NUMBERS.items(), reference.T, strict=True):
         test = ks_2samp(runs.sel(output=output).values, exact)
-        agree &= bool(test.pvalue >= ALLOWED)
+        agreement &= bool(test.pvalue >= ALLOWED)
         for p in parts["probability"].values:
-            found = parts.sel(quantity=name, probability=p)
+            quantile_row = parts.sel(quantity=name, probability=p)
             value, low, high = (
-                float(found[k]) for k in ("quantile", "quantile_low", "quantile_high")
+                float(quantile_row[k]) for k in ("quantile", "quantile_low", "quantile_high")
             )
             other = float(np.quantile(exact, p, method="inverted_cdf"))
             row = [name, f"{100 * p:g} %", f"{value:.6g}", f"{low:.6g} to {high:.6g}"]
             rows.append([*row, f"{other:.6g}", f"{test.pvalue:.2f}"])
-            measured[f"{name} {p}"] = [value, low, high, other, test.pvalue]
+            measurements[f"{name} {p}"] = [value, low, high, other, test.pvalue]
     report(
-        chosen.output,
+        arguments.output,
         "parts",
         ["number", "quantile", "flexband", "95 % interval", "independent program", "KS: p"],
         rows,
-        measured,
+        measurements,
         [
-            f"{chosen.samples} samples of each; tolerance {chosen.tolerance:g}",
+            f"{arguments.samples} samples of each; tolerance {arguments.tolerance:g}",
             f"CPU {cpu:.0f} s; of the independent program {cpu_of_reference:.0f} s",
-            f"two-sample tests at {100 * ALLOWED:g} % {'agree' if agree else 'DO NOT agree'}",
+            f"two-sample tests at {100 * ALLOWED:g} % {'agree' if agreement else 'DO NOT agree'}",
         ],
     )
-    if not agree:
+    if not agreement:
         raise SystemExit(1)
 
 

@@ -59,19 +59,21 @@ class Problem:
     other: Choice
 
 
-def member(element: str, elements: int, damping: float, *, E, nu, density, height, width, **given):
+def member(
+    element: str, elements: int, damping: float, *, E, nu, density, height, width, **properties
+):
     """Return a flexible member of a rectangular section."""
     area = height * width
     second = width * height**3 / 12
-    given |= {"elements": elements, "retardation_time": damping}
+    properties |= {"elements": elements, "retardation_time": damping}
     if element == "Cable":
         stiffness = {"axial_stiffness": E * area, "bending_stiffness": E * second}
-        return fb.Cable(mass_per_length=density * area, **stiffness, **given)
-    given |= {"density": density, "youngs_modulus": E, "poissons_ratio": nu}
+        return fb.Cable(mass_per_length=density * area, **stiffness, **properties)
+    properties |= {"density": density, "youngs_modulus": E, "poissons_ratio": nu}
     if element == "stiff in shear":
-        given |= {"shear_factor": 1e3, "rotary_inertia": 1e-3 * density * second}
+        properties |= {"shear_factor": 1e3, "rotary_inertia": 1e-3 * density * second}
     rules = {"full": fb.sections.FullIntegration(), "selective": fb.sections.SelectiveIntegration()}
-    return fb.Beam(height=height, width=width, integration=rules.get(element), **given)
+    return fb.Beam(height=height, width=width, integration=rules.get(element), **properties)
 
 
 def slider_crank(element: str, elements: int, damping: float) -> fb.Mechanism:
@@ -184,7 +186,7 @@ def rope(element: str, elements: int, damping: float) -> fb.Mechanism:
 
 def sweep(base: Choice, **series: Sequence) -> list[Choice]:
     """Return the base and choices that differ from it by one value each."""
-    return [base, *(replace(base, **{name: v}) for name, given in series.items() for v in given)]
+    return [base, *(replace(base, **{name: v}) for name, values in series.items() for v in values)]
 
 
 MS = 1e-3
@@ -241,12 +243,12 @@ PROBLEMS = [
 
 def motion(problem: Problem, choice: Choice) -> xr.DataArray:
     """Return the outputs that are compared, at the times of the comparison or at its own."""
-    every = max(1, round(problem.duration / problem.times / choice.step))
+    substeps = max(1, round(problem.duration / problem.times / choice.step))
     return fb.simulate(
         problem.build(choice.element, choice.elements, choice.damping),
         duration=problem.duration,
-        step=choice.step * every,
-        substeps=every,
+        step=choice.step * substeps,
+        substeps=substeps,
         integrator=fb.GeneralizedAlpha(spectral_radius=choice.radius),
     ).sel(output=list(problem.outputs))
 
@@ -255,26 +257,26 @@ class Reference(NamedTuple):
     """A converged motion, and how far other converged numerics are off [parts of the variation]."""
 
     motion: xr.DataArray
-    halved: np.ndarray
-    undamped: np.ndarray
+    half_step_error: np.ndarray
+    undamped_error: np.ndarray
     other: np.ndarray
 
 
 def reference(problem: Problem, damping: float) -> Reference:
     """Return the motion extrapolated from the finest step and half of it, and its checks."""
-    fine, other = (replace(one, damping=damping) for one in (problem.fine, problem.other))
+    fine, other = (replace(choice, damping=damping) for choice in (problem.fine, problem.other))
     halves = [motion(problem, replace(fine, step=fine.step / k)) for k in (1, 2, 4)]
-    found = [(4 * b - a) / 3 for a, b in pairwise(halves)]
-    truth = found[1]
+    extrapolations = [(4 * b - a) / 3 for a, b in pairwise(halves)]
+    truth = extrapolations[1]
     return Reference(
         truth,
-        apart(found[0], truth),
-        apart(motion(problem, replace(fine, radius=1.0)), halves[0]),
-        apart(motion(problem, other), halves[0]),
+        relative_difference(extrapolations[0], truth),
+        relative_difference(motion(problem, replace(fine, radius=1.0)), halves[0]),
+        relative_difference(motion(problem, other), halves[0]),
     )
 
 
-def apart(motion: xr.DataArray, truth: xr.DataArray) -> np.ndarray:
+def relative_difference(motion: xr.DataArray, truth: xr.DataArray) -> np.ndarray:
     """Return the root mean square difference of each output, in parts of its own variation."""
     truth = truth.sel(time=motion.time, method="nearest")
     difference = motion.values - truth.values
@@ -283,5 +285,5 @@ def apart(motion: xr.DataArray, truth: xr.DataArray) -> np.ndarray:
 
 def peak_error(motion: xr.DataArray, truth: xr.DataArray) -> np.ndarray:
     """Return how far the largest size of each output is off, in parts of it."""
-    found, true = (np.abs(one.values).max(axis=-1) for one in (motion, truth))
-    return found / true - 1
+    peak, true = (np.abs(series.values).max(axis=-1) for series in (motion, truth))
+    return peak / true - 1

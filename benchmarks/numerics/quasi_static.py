@@ -89,7 +89,7 @@ class Lever(NamedTuple):
 FIRST = Lever(0.35, 0.3, 0.04, 30.0, 4, 5e-5, 0.07)
 
 
-def drawn(rng: np.random.Generator) -> Lever:
+def draw_lever(rng: np.random.Generator) -> Lever:
     """Return a lever of random size."""
     half = float(rng.uniform(0.15, 0.5))
     return Lever(
@@ -114,7 +114,7 @@ def references(lever: Lever, kind: type, friction: float | None) -> tuple[float,
     return float(pin.max()), float(drive.max()), float(drive.min())
 
 
-def judged(
+def judge_setting(
     lever: Lever, kind: type, friction: float | None, tolerance: float, step: float
 ) -> tuple[float, str]:
     """Return the largest error of a force over what is allowed, and the errors."""
@@ -123,28 +123,30 @@ def judged(
         lever.mechanism(kind(**NUMBERS), friction), duration=DURATION, step=step, start="static",
         integrator=fb.GeneralizedAlpha(step_tolerance=tolerance),
     ).isel(time=-1)  # fmt: skip
-    found = [float(end.sel(output=name)) for name in ("pin_force", "large_Y", "small_Y")]
+    forces = [float(end.sel(output=name)) for name in ("pin_force", "large_Y", "small_Y")]
     largest = max(map(abs, exact))
-    errors = [abs(a - b) / largest for a, b in zip(found, exact, strict=True)]
-    lost = float(end.sel(output="pin_energy"))
-    text = f"forces {', '.join(f'{error:.1e}' for error in errors)}, loss {lost:.1e} J"
-    return np.inf if lost < 0.0 else max(errors) / TOLERANCES[tolerance], text
+    errors = [abs(a - b) / largest for a, b in zip(forces, exact, strict=True)]
+    energy_loss = float(end.sel(output="pin_energy"))
+    text = f"forces {', '.join(f'{error:.1e}' for error in errors)}, loss {energy_loss:.1e} J"
+    return np.inf if energy_loss < 0.0 else max(errors) / TOLERANCES[tolerance], text
 
 
 def main() -> None:
     """Judge all settings of the first lever, or one of each of as many random levers."""
-    given = options(__doc__, 30, seed=(0, "first of the seeds; 0 for all settings of one lever"))
+    arguments = options(
+        __doc__, 30, seed=(0, "first of the seeds; 0 for all settings of one lever")
+    )
     rows: dict[str, list[float]] = {}
     warnings.simplefilter("ignore")
     settings = list(itertools.product(LAWS, (None, 0.1), TOLERANCES, STEPS))
     cases = [(FIRST, setting) for setting in settings]
-    if given.seed:
+    if arguments.seed:
         cases = []
-        for seed in range(given.seed, given.seed + given.samples):
+        for seed in range(arguments.seed, arguments.seed + arguments.samples):
             rng = np.random.default_rng(seed)
-            cases.append((drawn(rng), settings[rng.integers(len(settings))]))
+            cases.append((draw_lever(rng), settings[rng.integers(len(settings))]))
     for lever, (kind, friction, tolerance, step) in cases:
-        worst, text = judged(lever, kind, friction, tolerance, step)
+        worst, text = judge_setting(lever, kind, friction, tolerance, step)
         rows.setdefault(kind.__name__, []).append(worst)
         if worst > 1.0:
             setting = f"µ {friction}, tolerance {tolerance:g}, step {step:g} s"
@@ -154,7 +156,7 @@ def main() -> None:
         [name, str(len(errors)), str(sum(e <= 1.0 for e in errors)), f"{max(errors):.2g}"]
         for name, errors in rows.items()
     ]
-    report(given.output, "quasi_static", header, lines, rows)
+    report(arguments.output, "quasi_static", header, lines, rows)
 
 
 if __name__ == "__main__":

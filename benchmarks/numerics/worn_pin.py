@@ -66,22 +66,24 @@ def contact(t, y, clearance):
 
 
 @numba.njit
-def force(depth, rate, began, settled, moved):
-    """Return the force of a contact that began with a speed; none where that is negative.
+def force(depth, rate, impact_speed, impact_over, gap_mass):
+    """Return the force of a contact that began with `impact_speed`; none where that is negative.
 
-    `moved` is the mass of the gap, and `settled` whether its impact is over.
+    `gap_mass` is the mass of the gap, and `impact_over` whether its impact is over.
     """
-    if began < 0.0 or depth <= 0.0:
+    if impact_speed < 0.0 or depth <= 0.0:
         return 0.0
-    speed = max(began, LEAST_SPEED)
+    speed = max(impact_speed, LEAST_SPEED)
     elastic = K * depth**1.5
     c = A * elastic / speed
-    least = 2.0 * ZETA * np.sqrt(1.5 * elastic / depth * moved)
-    reached = 2.0 * elastic * depth / (2.5 * moved)  # squared speed of an impact of this depth
-    if settled:
-        c = min(c, least)
-    elif reached > (2.0 * speed) ** 2:
-        c = min(c, max(c * (2.0 * speed) ** 2 / reached, least))
+    min_damping = 2.0 * ZETA * np.sqrt(1.5 * elastic / depth * gap_mass)
+    squared_speed = (
+        2.0 * elastic * depth / (2.5 * gap_mass)
+    )  # squared speed of an impact of this depth
+    if impact_over:
+        c = min(c, min_damping)
+    elif squared_speed > (2.0 * speed) ** 2:
+        c = min(c, max(c * (2.0 * speed) ** 2 / squared_speed, min_damping))
     return max(0.0, elastic + c * rate)
 
 
@@ -93,10 +95,10 @@ def mass_of_gap(y, nx, ny, mass):
 
 
 @numba.njit
-def rates(t, y, clearance, mass, began, settled, f):
+def rates(t, y, clearance, mass, impact_speed, impact_over, f):
     """Fill in the rates of φ, x and their rates."""
     depth, rate, nx, ny = contact(t, y, clearance)
-    F = force(depth, rate, began, settled, mass_of_gap(y, nx, ny, mass))
+    F = force(depth, rate, impact_speed, impact_over, mass_of_gap(y, nx, ny, mass))
     c = np.cos(y[0])
     s = np.sin(y[0])
     ax = -CRANK * SPEED**2 * np.cos(SPEED * t)
@@ -109,14 +111,14 @@ def rates(t, y, clearance, mass, began, settled, f):
 
 
 @numba.njit
-def tried(t, y, h, clearance, mass, began, settled, f, new):
+def try_step(t, y, h, clearance, mass, impact_speed, impact_over, f, new):
     """Fill in the state after a step; return its error in parts of what is allowed."""
     for stage in range(7):
         for k in range(4):
             new[k] = y[k]
             for earlier in range(stage):
                 new[k] += h * WEIGHTS[stage, earlier] * f[earlier, k]
-        rates(t + NODES[stage] * h, new, clearance, mass, began, settled, f[stage])
+        rates(t + NODES[stage] * h, new, clearance, mass, impact_speed, impact_over, f[stage])
     worst = 0.0
     for k in range(4):
         error = 0.0
@@ -132,49 +134,51 @@ def sample(clearance, mass, numbers):
     """Fill in how often the gap closes, and the largest forces of the run and after a turn."""
     y = np.array([0.0, CRANK + ROD, -CRANK * SPEED / ROD, 0.0])
     f, new = np.empty((7, 4)), np.empty(4)
-    t, h, began, settled = 0.0, 1e-7, -1.0, False
+    t, h, impact_speed, impact_over = 0.0, 1e-7, -1.0, False
     numbers[:] = 0.0
     while t < END:
         h = min(h, LONGEST, END - t)
-        error = tried(t, y, h, clearance, mass, began, settled, f, new)
+        error = try_step(t, y, h, clearance, mass, impact_speed, impact_over, f, new)
         if error > 1.0:
             h *= max(0.2, 0.9 * error**-0.2)
             continue
         depth, rate, _, _ = contact(t + h, new, clearance)
         leaves = contact(t, y, clearance)[1] < 0.0
-        taken = h
+        actual_step = h
         event = 0  # 1 where it closes or opens, 2 where it is pressed in again
-        if (began < 0.0) == (depth > 0.0) and depth != 0.0:
+        if (impact_speed < 0.0) == (depth > 0.0) and depth != 0.0:
             event = 1
-        elif began >= 0.0 and not settled and leaves and rate > 0.0:
+        elif impact_speed >= 0.0 and not impact_over and leaves and rate > 0.0:
             event = 2
+        # Bisect the step for the event.
         if event > 0:
             low, high = 0.0, h
             for _ in range(60):
-                taken = (low + high) / 2
-                tried(t, y, taken, clearance, mass, began, settled, f, new)
-                now, moves, _, _ = contact(t + taken, new, clearance)
-                if (now > 0.0) == (depth > 0.0) if event == 1 else moves > 0.0:
-                    high = taken
+                actual_step = (low + high) / 2
+                try_step(t, y, actual_step, clearance, mass, impact_speed, impact_over, f, new)
+                middle_depth, middle_rate, _, _ = contact(t + actual_step, new, clearance)
+                if (middle_depth > 0.0) == (depth > 0.0) if event == 1 else middle_rate > 0.0:
+                    high = actual_step
                 else:
-                    low = taken
-            taken = high
-            tried(t, y, taken, clearance, mass, began, settled, f, new)
-        t += taken
+                    low = actual_step
+            actual_step = high
+            try_step(t, y, actual_step, clearance, mass, impact_speed, impact_over, f, new)
+        # Accept the step, and change the state of the contact.
+        t += actual_step
         y[:] = new
         depth, rate, nx, ny = contact(t, y, clearance)
-        if began < 0.0 and depth > 0.0:
-            began, settled = max(rate, 0.0), False
+        if impact_speed < 0.0 and depth > 0.0:
+            impact_speed, impact_over = max(rate, 0.0), False
             numbers[0] += 1
-        elif began >= 0.0 and depth <= 0.0:
-            began = -1.0
+        elif impact_speed >= 0.0 and depth <= 0.0:
+            impact_speed = -1.0
         elif event == 2:
-            settled = True
-        F = force(depth, rate, began, settled, mass_of_gap(y, nx, ny, mass))
+            impact_over = True
+        F = force(depth, rate, impact_speed, impact_over, mass_of_gap(y, nx, ny, mass))
         numbers[1] = max(numbers[1], F)
         if t >= LATE:
             numbers[2] = max(numbers[2], F)
-        h = taken * min(5.0, 0.9 * max(error, 1e-8) ** -0.2) if taken == h else h
+        h = actual_step * min(5.0, 0.9 * max(error, 1e-8) ** -0.2) if actual_step == h else h
 
 
 @numba.njit

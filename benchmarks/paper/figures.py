@@ -35,10 +35,12 @@ def drawings(stiff: Result, soft: Result) -> Iterator[tuple[str, Figure]]:
         for output in result.truth.output.values.tolist():
             for order in (1, 3):
                 yield f"{name}{output}_{order}", wide(bands(result, output, order))
-            compared = [
-                one for one in result.compared if one.method.name in METHODS or not one.errors
+            comparisons = [
+                comparison
+                for comparison in result.comparisons
+                if comparison.method.name in METHODS or not comparison.errors
             ]
-            yield f"{name}{output}_errors", wide(errors_figure(compared, output))
+            yield f"{name}{output}_errors", wide(errors_figure(comparisons, output))
 
 
 def wide(figure: Figure) -> Figure:
@@ -49,26 +51,30 @@ def wide(figure: Figure) -> Figure:
 
 def bands(result: Result, output: str, order: int) -> Figure:
     """Draw the bands of one output by LHS–Scanning, PCCI and improved PCCI, k = q = order."""
-    methods = result.compared[0].method, *(kind(order, order) for kind in METHODS.values())
-    shown = {one.method.label: one.bands for one in result.compared if one.method in methods}
-    return bands_figure(shown, output)
+    methods = result.comparisons[0].method, *(kind(order, order) for kind in METHODS.values())
+    bands_by_label = {
+        comparison.method.label: comparison.bands
+        for comparison in result.comparisons
+        if comparison.method in methods
+    }
+    return bands_figure(bands_by_label, output)
 
 
 def chebyshev() -> Figure:
     """Draw cos πη and its expansions of order 2, and their errors: Fig. 1."""
     x = np.linspace(-1, 1, 401)
     figure = Figure(figsize=(10, 3.6), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    left.plot(x, np.cos(np.pi * x), "0.1", label="cos πη")
+    expansion_axes, error_axes = figure.subplots(1, 2)
+    expansion_axes.plot(x, np.cos(np.pi * x), "0.1", label="cos πη")
     for name, method in METHODS.items():
         model = fb.expand(lambda x: np.cos(np.pi * x), {"x": fb.Interval(-1, 1)}, method(0, 2))
         values = model.evaluate(x=x).values
         label = name.replace("PCCI", "Chebyshev")
-        left.plot(x, values, STYLES[name], label=label)
-        right.plot(x, values - np.cos(np.pi * x), STYLES[name], label=label)
-    left.set(title="Expansions of order 2", xlabel="η")
-    right.set(title="Errors", xlabel="η")
-    for axes in (left, right):
+        expansion_axes.plot(x, values, STYLES[name], label=label)
+        error_axes.plot(x, values - np.cos(np.pi * x), STYLES[name], label=label)
+    expansion_axes.set(title="Expansions of order 2", xlabel="η")
+    error_axes.set(title="Errors", xlabel="η")
+    for axes in (expansion_axes, error_axes):
         axes.legend(fontsize=8)
         axes.grid(alpha=0.3)
     return figure
@@ -80,8 +86,8 @@ def points() -> Figure:
     axes = figure.subplots()
     nodes = {"PCCI": chebyshev_zeros(3), "improved PCCI": scaled_chebyshev_zeros(3)}
     for (name, eta), mark in zip(nodes.items(), "ox", strict=True):
-        xi, own = tensor_points([HERMITE.gauss(4)[0], eta]).T
-        axes.plot(xi, own, mark, label=name)
+        xi, eta_grid = tensor_points([HERMITE.gauss(4)[0], eta]).T
+        axes.plot(xi, eta_grid, mark, label=name)
     axes.set(xlabel="ξ", ylabel="η", ylim=(-1.15, 1.35))
     axes.legend(fontsize=8, ncols=2, loc="upper center")
     axes.grid(alpha=0.3)

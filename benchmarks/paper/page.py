@@ -26,10 +26,12 @@ def errors_table(study: Numbers) -> str:
     """Return the errors of all methods of a study."""
     names = list(study["methods"][0]["against truth"])
     rows = []
-    for own in study["methods"]:
-        found = [f"{own['against LHS'][name]:.2g}" if own["against LHS"] else "" for name in names]
+    for entry in study["methods"]:
+        errors = [
+            f"{entry['against LHS'][name]:.2g}" if entry["against LHS"] else "" for name in names
+        ]
         rows.append(
-            [own["label"], str(own["runs"]), *found, f"{largest(own['against truth']):.2g}"]
+            [entry["label"], str(entry["runs"]), *errors, f"{largest(entry['against truth']):.2g}"]
         )
     return table(["method", "runs", *names, "converged"], rows)
 
@@ -38,13 +40,13 @@ def sweep_table(numbers: Numbers) -> str:
     """Return the errors with other steps, radii and elements."""
     rows = []
     for cell in numbers["sweep"]:
-        found = [f"{largest(cell[f'improved PCCI {k}']):.2g}" for k in (1, 2, 3)]
-        width = sum(own["error_bar F_X"] for own in cell["widths"]) / 3
+        errors = [f"{largest(cell[f'improved PCCI {k}']):.2g}" for k in (1, 2, 3)]
+        width = sum(widths["error_bar F_X"] for widths in cell["widths"]) / 3
         rows.append([
-            cell["element"], f"{1e3 * cell['step']:g}", f"{cell['radius']:g}", *found,
+            cell["element"], f"{1e3 * cell['step']:g}", f"{cell['radius']:g}", *errors,
             f"{largest(cell['PCCI 3']):.2g}", f"{width:.3g}", f"{largest(cell['off']):.0f}",
         ])  # fmt: skip
-    width = sum(own["error_bar F_X"] for own in numbers["converged"]) / 3
+    width = sum(widths["error_bar F_X"] for widths in numbers["converged"]) / 3
     rows.append(["converged", "0.05", "0.7", "", "", "", "", f"{width:.3g}", ""])
     header = ["element", "step [ms]", "ρ∞", "improved, 16 runs", "81 runs", "256 runs"]
     return table([*header, "PCCI, 256 runs", "width [N]", "off by [%]"], rows)
@@ -52,7 +54,7 @@ def sweep_table(numbers: Numbers) -> str:
 
 def statements_table(statements: Sequence[Statement]) -> str:
     """Return statements, what was found, and verdicts."""
-    rows = [[own.claim, own.found, own.verdict] for own in statements]
+    rows = [[statement.claim, statement.result, statement.verdict] for statement in statements]
     return table(["the paper", "here", "verdict"], rows)
 
 
@@ -60,14 +62,14 @@ def page(numbers: Numbers) -> str:
     """Return the page."""
     stiff = numbers["reactions"]
     soft = numbers["soft link"]
-    damped = cell_of(numbers["sweep"], radius=0.5)
+    damped_cell = cell_of(numbers["sweep"], radius=0.5)
     adaptive = method(stiff, "adaptive PCCI (1 %)")
-    found = {
+    key_errors = {
         "soft": method(soft, "improved PCCI (2, 2)")["against truth"],
         "stiff": method(stiff, "improved PCCI (2, 2)")["against truth"],
         "last": method(stiff, "improved PCCI (3, 3)")["against truth"],
-        "damped": damped["improved PCCI 2"],
-        "off": damped["off"],
+        "damped": damped_cell["improved PCCI 2"],
+        "off": damped_cell["off"],
         "adaptive": adaptive["against truth"],
     }
     fine = [
@@ -75,10 +77,13 @@ def page(numbers: Numbers) -> str:
         for cell in numbers["sweep"]
         if cell["step"] < 3e-4 and cell["radius"] > 0.4
     ]
-    judged = of_the_method, of_the_reactions, of_the_soft_link, of_the_cost
+    statement_functions = of_the_method, of_the_reactions, of_the_soft_link, of_the_cost
     return TEMPLATE.read_text(encoding="utf-8").format(
-        **{name: percent(largest(errors)) for name, errors in found.items()},
-        **{own.__name__: statements_table(own(numbers)) for own in judged},
+        **{name: percent(largest(errors)) for name, errors in key_errors.items()},
+        **{
+            statements_of.__name__: statements_table(statements_of(numbers))
+            for statements_of in statement_functions
+        },
         minutes=numbers["seconds"] / 60,
         runs=adaptive["runs"],
         fine=f"{min(fine):.0f} to {max(fine):.0f} %",

@@ -37,13 +37,13 @@ COLOURS = 32
 """Digits of the numbers that are stored, and colours of a picture."""
 
 
-def rounded(value: object) -> object:
+def round_numbers(value: object) -> object:
     """Return numbers in lists and mappings with few digits."""
     if isinstance(value, float):
         return float(f"{value:.{DIGITS}g}")
     if isinstance(value, dict):
-        return {str(name): rounded(own) for name, own in value.items()}
-    return [rounded(own) for own in value] if isinstance(value, list | tuple) else value
+        return {str(name): round_numbers(entry) for name, entry in value.items()}
+    return [round_numbers(entry) for entry in value] if isinstance(value, list | tuple) else value
 
 
 def save(figure: Figure, file: Path) -> None:
@@ -55,28 +55,28 @@ def save(figure: Figure, file: Path) -> None:
     picture.quantize(COLOURS, dither=Image.Dither.NONE).save(file, optimize=True)
 
 
-def computed(samples: int) -> dict:
+def compute_numbers(samples: int) -> dict:
     """Return all numbers of the page; at full size, draw its pictures."""
 
-    def done(what: str) -> None:
+    def print_time(what: str) -> None:
         print(f"{what}: {time.process_time():.0f} s of processor time", flush=True)
 
-    stiff = studies.full(slider_crank(), samples)
-    done("reactions")
-    soft = studies.full(slider_crank(**studies.SOFT), samples)
-    done("soft link")
+    stiff = studies.full_study(slider_crank(), samples)
+    print_time("reactions")
+    soft = studies.full_study(slider_crank(**studies.SOFT), samples)
+    print_time("soft link")
     if samples >= FULL:
         IMAGES.mkdir(parents=True, exist_ok=True)
         with rc_context({"font.size": 9.0}):
             for name, figure in drawings(stiff, soft):
                 save(figure, IMAGES / f"{name}.png")
-        done("pictures")
-    true = studies.converged()
-    done("converged answer")
+        print_time("pictures")
+    true = studies.converged_bands()
+    print_time("converged answer")
     sweep = []
     for cell in itertools.islice(studies.sweep(true), None if samples >= FULL else 1):
         sweep.append(cell)
-        done(f"{cell['element']}, {cell['step']:g} s, ρ∞ = {cell['radius']:g}")
+        print_time(f"{cell['element']}, {cell['step']:g} s, ρ∞ = {cell['radius']:g}")
     return {
         "machine": machine(),
         "cosine": studies.cosine(),
@@ -91,17 +91,23 @@ def computed(samples: int) -> dict:
 
 
 def main() -> None:
-    chosen = options(__doc__, FULL, page="any text: write the page from the stored numbers alone")
-    whole = chosen.samples >= FULL
-    stored = NUMBERS if whole else chosen.output / "paper.json"
-    if not chosen.page:
+    arguments = options(
+        __doc__, FULL, page="any text: write the page from the stored numbers alone"
+    )
+    full_size = arguments.samples >= FULL
+    numbers_file = NUMBERS if full_size else arguments.output / "paper.json"
+    if not arguments.page:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", fb.errors.FlexbandWarning)
-            text = json.dumps(rounded(computed(chosen.samples)), indent=1, ensure_ascii=False)
-        stored.parent.mkdir(parents=True, exist_ok=True)
-        stored.write_text(text + "\n", encoding="utf-8")
-    if whole:
-        PAGE.write_text(page(json.loads(stored.read_text(encoding="utf-8"))), encoding="utf-8")
+            text = json.dumps(
+                round_numbers(compute_numbers(arguments.samples)), indent=1, ensure_ascii=False
+            )
+        numbers_file.parent.mkdir(parents=True, exist_ok=True)
+        numbers_file.write_text(text + "\n", encoding="utf-8")
+    if full_size:
+        PAGE.write_text(
+            page(json.loads(numbers_file.read_text(encoding="utf-8"))), encoding="utf-8"
+        )
 
 
 if __name__ == "__main__":

@@ -45,15 +45,15 @@ def of_the_reactions(numbers: Numbers) -> list[Statement]:
     """Return the statements on the reactions at joint A."""
     study = numbers["reactions"]
     sweep = numbers["sweep"]
-    own = {k: method(study, f"improved PCCI ({k}, {q})") for k, q in ((1, 1), (2, 2), (3, 3))}
+    improved = {k: method(study, f"improved PCCI ({k}, {q})") for k, q in ((1, 1), (2, 2), (3, 3))}
     old = {k: method(study, f"PCCI ({k}, {q})") for k, q in ((1, 1), (2, 2), (3, 3))}
-    three = own[3]["in thirds"], old[3]["in thirds"]
+    three = improved[3]["in thirds"], old[3]["in thirds"]
 
     base = cell_of(sweep)
     wide = old[1]["wider"].values()
-    narrow = own[1]["wider"].values()
-    early, middle, late = (largest(third) for third in own[1]["in thirds"])
-    three = [[largest(third) for third in one[3]["in thirds"]] for one in (own, old)]
+    narrow = improved[1]["wider"].values()
+    early, middle, late = (largest(third) for third in improved[1]["in thirds"])
+    three = [[largest(third) for third in by_order[3]["in thirds"]] for by_order in (improved, old)]
 
     def below_five(cell: Numbers) -> bool:
         return largest(cell["improved PCCI 2"]) < 5
@@ -102,17 +102,17 @@ def of_the_reactions(numbers: Numbers) -> list[Statement]:
         ),
         Statement(
             "improved PCCI with 81 runs is below 5 % for all indexes",
-            ", ".join(f"{name} {percent(v)}" for name, v in own[2]["against LHS"].items()),
+            ", ".join(f"{name} {percent(v)}" for name, v in improved[2]["against LHS"].items()),
             verdict(
                 sweep,
                 below_five,
                 "with less damping the phase of the vibration is random, and k = 2 is too low",
-                here=largest(own[2]["against LHS"]) < 5,
+                holds_here=largest(improved[2]["against LHS"]) < 5,
             ),
         ),
         Statement(
             "improved PCCI with 81 runs is even below PCCI with 256",
-            f"largest error {percent(largest(own[2]['against LHS']))}, PCCI with 256 runs "
+            f"largest error {percent(largest(improved[2]['against LHS']))}, PCCI with 256 runs "
             f"{percent(largest(old[3]['against LHS']))}",
             verdict(
                 sweep,
@@ -129,7 +129,8 @@ def of_the_reactions(numbers: Numbers) -> list[Statement]:
         Statement(
             "PCCI extrapolates to the bounds and loses accuracy; improved PCCI, with points on "
             "them, is more accurate with equal runs",
-            f"largest errors with 16, 81, 256 runs: {_three(own)}; PCCI: {_three(old)}",
+            f"largest errors with 16, 81, 256 runs: {_three_errors(improved)}; "
+            f"PCCI: {_three_errors(old)}",
             verdict(
                 sweep,
                 never_worse,
@@ -150,22 +151,22 @@ def _signed(widths: Iterable[float]) -> str:
     return ", ".join(f"{value:+.1f} %" for value in widths)
 
 
-def _three(own: Mapping[int, Numbers]) -> str:
-    return ", ".join(percent(largest(one["against LHS"])) for one in own.values())
+def _three_errors(by_order: Mapping[int, Numbers]) -> str:
+    return ", ".join(percent(largest(entry["against LHS"])) for entry in by_order.values())
 
 
 def of_the_soft_link(numbers: Numbers) -> list[Statement]:
     """Return the statements on the displacement of the middle of the soft link."""
     stiff = numbers["reactions"]
     study = numbers["soft link"]
-    own = method(study, "improved PCCI (2, 2)")
+    improved = method(study, "improved PCCI (2, 2)")
     first, old_first = (method(study, f"{name} (1, 1)") for name in ("improved PCCI", "PCCI"))
     last = method(study, "PCCI (3, 3)")
-    x, y = (largest(own["against LHS"], of=axis) for axis in ("_X", "_Y"))
+    x, y = (largest(improved["against LHS"], of=axis) for axis in ("_X", "_Y"))
     ends = [first["against LHS"], last["against LHS"]]
     widths = study["widths"][-1]
     ratio = max(widths[f"error_bar middle_{a}"] / widths[f"mean middle_{a}"] for a in "XY")
-    forces = largest(method(stiff, own["label"])["against LHS"])
+    forces = largest(method(stiff, improved["label"])["against LHS"])
     return [
         Statement(
             "with 81 runs of improved PCCI, X is below 0.1 % and Y below 0.2 %",
@@ -176,7 +177,7 @@ def of_the_soft_link(numbers: Numbers) -> list[Statement]:
             "with 81 runs it is close to PCCI with 256",
             f"X {percent(x)} and {percent(largest(ends[1], '_X'))}, "
             f"Y {percent(y)} and {percent(largest(ends[1], '_Y'))}",
-            plain(largest(own["against LHS"]) < 3 * largest(ends[1]))
+            plain(largest(improved["against LHS"]) < 3 * largest(ends[1]))
             + ", within a factor of three",
         ),
         Statement(
@@ -199,8 +200,8 @@ def of_the_soft_link(numbers: Numbers) -> list[Statement]:
         ),
         Statement(
             "displacements are much more accurate than reactions",
-            f"{percent(largest(own['against LHS']))} and {percent(forces)} (81 runs)",
-            plain(largest(own["against LHS"]) < forces / 10),
+            f"{percent(largest(improved['against LHS']))} and {percent(forces)} (81 runs)",
+            plain(largest(improved["against LHS"]) < forces / 10),
         ),
     ]
 
@@ -209,29 +210,32 @@ def of_the_cost(numbers: Numbers) -> list[Statement]:
     """Return the statements on cost, and on the perturbation method."""
     study = numbers["reactions"]
     reference = study["methods"][0]
-    own = method(study, "improved PCCI (3, 3)")
+    improved = method(study, "improved PCCI (3, 3)")
     noise = largest(reference["against truth"])
-    off = largest(own["against truth"])
-    perturbed = method(study, "perturbation–Chebyshev (3, improved)")
-    runs = reference["runs"] / own["runs"]
-    spent = list(numbers["cost"].values())
+    improved_error = largest(improved["against truth"])
+    perturbation = method(study, "perturbation–Chebyshev (3, improved)")
+    runs = reference["runs"] / improved["runs"]
+    cpu_times = list(numbers["cost"].values())
     return [
         Statement(
             "a run takes 40 s, so that the reference takes 111 h and improved PCCI 2.8 h",
             f"40 s × {reference['runs']} is {reference['runs'] / 90:.0f} h and 40 s × "
-            f"{own['runs']} is {own['runs'] / 90:.1f} h; here they take {spent[0]:.1f} s and "
-            f"{spent[1]:.1f} s of processor time, bounds included",
+            f"{improved['runs']} is {improved['runs'] / 90:.1f} h; here they take "
+            f"{cpu_times[0]:.1f} s and {cpu_times[1]:.1f} s of processor time, bounds included",
             plain(True),
         ),
         Statement(
             "improved PCCI takes 1/40 of the cost of the reference for similar accuracy",
-            f"1/{runs:.0f} of the runs; against converged bands, it is off by {percent(off)} and "
-            f"the reference by {percent(noise)}",
-            f"the cost {HOLDS}; the accuracy is not similar" if off > 3 * noise else HOLDS,
+            f"1/{runs:.0f} of the runs; against converged bands, it is off by "
+            f"{percent(improved_error)} and the reference by {percent(noise)}",
+            f"the cost {HOLDS}; the accuracy is not similar"
+            if improved_error > 3 * noise
+            else HOLDS,
         ),
         Statement(
             "perturbation deviates when the uncertain range is large",
-            f"off by {percent(largest(perturbed['against LHS']))} with {perturbed['runs']} runs",
-            plain(largest(perturbed["against LHS"]) > 5) + ", with 1 % of scatter already",
+            f"off by {percent(largest(perturbation['against LHS']))} with "
+            f"{perturbation['runs']} runs",
+            plain(largest(perturbation["against LHS"]) > 5) + ", with 1 % of scatter already",
         ),
     ]

@@ -46,69 +46,70 @@ class Result:
     """A study with all methods, the reference first, and its converged bands."""
 
     case: Case
-    compared: list[Comparison]
+    comparisons: list[Comparison]
     truth: xr.Dataset
 
     def numbers(self) -> dict:
         """Return what the page tells of the study."""
-        own = self.compared[0].bands
+        reference_bands = self.comparisons[0].bands
         return {
-            "methods": [self._row(one) for one in self.compared],
-            "widths": [mean_widths(own, window) for window in WINDOWS],
+            "methods": [self._row(comparison) for comparison in self.comparisons],
+            "widths": [mean_widths(reference_bands, window) for window in WINDOWS],
         }
 
-    def _row(self, one: Comparison) -> dict:
-        own = mean_widths(one.bands)
+    def _row(self, comparison: Comparison) -> dict:
+        widths = mean_widths(comparison.bands)
         truth = mean_widths(self.truth)
-        reference = self.compared[0].bands
+        reference = self.comparisons[0].bands
         return {
-            "label": one.method.label,
-            "name": one.method.name,
-            "runs": one.runs,
-            "against LHS": errors(one.bands, reference) if one.errors else {},
-            "against truth": errors(one.bands, self.truth),
-            "in thirds": [errors(one.bands, self.truth, window) for window in WINDOWS],
-            "wider": {key: 100 * (own[key] / truth[key] - 1) for key in own},
+            "label": comparison.method.label,
+            "name": comparison.method.name,
+            "runs": comparison.runs,
+            "against LHS": errors(comparison.bands, reference) if comparison.errors else {},
+            "against truth": errors(comparison.bands, self.truth),
+            "in thirds": [errors(comparison.bands, self.truth, window) for window in WINDOWS],
+            "wider": {key: 100 * (widths[key] / truth[key] - 1) for key in widths},
         }
 
 
 def errors(
-    found: xr.Dataset, truth: xr.Dataset, window: tuple[float, float] = (0.0, np.inf)
+    band_set: xr.Dataset, truth: xr.Dataset, window: tuple[float, float] = (0.0, np.inf)
 ) -> Numbers:
     """Return ∫|Δ| dt / ∫|truth| dt in per cent."""
     times = slice(*window)
-    a, b = (own.sel(time=times) for own in (found, truth))
+    a, b = (dataset.sel(time=times) for dataset in (band_set, truth))
     return _by_name({band: 100 * relative_error(a[band], b[band]) for band in BANDS})
 
 
 def mean_widths(bands: xr.Dataset, window: tuple[float, float] = (0.0, np.inf)) -> Numbers:
     """Return the widths of interval mean and error bar, averaged over time."""
-    own = bands.sel(time=slice(*window))
+    window_bands = bands.sel(time=slice(*window))
     return _by_name({
-        band: (own[band].isel(bound=1) - own[band].isel(bound=0)).mean("time") for band in BANDS
+        band: (window_bands[band].isel(bound=1) - window_bands[band].isel(bound=0)).mean("time")
+        for band in BANDS
     })  # fmt: skip
 
 
 def _by_name(values: Mapping[str, xr.DataArray]) -> Numbers:
     return {
-        f"{band} {output}": float(own.sel(output=output))
-        for band, own in values.items()
-        for output in own.output.values.tolist()
+        f"{band} {output}": float(series.sel(output=output))
+        for band, series in values.items()
+        for output in series.output.values.tolist()
     }
 
 
-def full(case: Case, samples: int) -> Result:
+def full_study(case: Case, samples: int) -> Result:
     """Return a study with the paper's methods, those it argues against, and those of flexband."""
-    methods = [kind(*own) for own in ORDERS for kind in (fb.PCCI, fb.ImprovedPCCI)]
+    methods = [kind(*orders) for orders in ORDERS for kind in (fb.PCCI, fb.ImprovedPCCI)]
     methods += [fb.methods.PerturbationChebyshev(q, improved=True) for q in (1, 3)]
     methods += [fb.methods.PhaseResolvedPCCI(*case.orders[-1]), fb.AdaptivePCCI(correct=False)]
     study = Study(case.response, case.inputs, fb.AdaptivePCCI(correct=False))
-    found = compare(study, fb.LHSScanning(samples, 10), methods)
-    times = found[0].bands.time
-    return Result(case, found, case.reference().assign_coords(time=times))
+    comparisons = compare(study, fb.LHSScanning(samples, 10), methods)
+    times = comparisons[0].bands.time
+    return Result(case, comparisons, case.reference().assign_coords(time=times))
 
 
-def converged() -> xr.Dataset:
+def converged_bands() -> xr.Dataset:
     """Return the bands with steps of 0.05 ms and the default element, every millisecond."""
     example = runpy.run_path(str(ROOT / "examples" / "slider_crank.py"))
     fine = example["response"].refined(2, element_parts=1)
@@ -127,21 +128,23 @@ def sweep(true: xr.Dataset) -> Iterator[dict]:
             for radius in RADII:
                 case = slider_crank(radius, integration=integration, step=step)
 
-                def solved(method, case=case) -> xr.Dataset:
+                def propagate(method, case=case) -> xr.Dataset:
                     return fb.propagate(case.response, case.inputs, method)
 
-                own = solved(fb.methods.PhaseResolvedPCCI(*PHASES))
-                claimed = own["error_bar_expected_error"].mean("time")
+                reference = propagate(fb.methods.PhaseResolvedPCCI(*PHASES))
+                expected_error = reference["error_bar_expected_error"].mean("time")
                 yield {
                     "element": element,
                     "step": step,
                     "radius": radius,
-                    "widths": [mean_widths(own, window) for window in WINDOWS],
-                    "off": errors(own, true),
+                    "widths": [mean_widths(reference, window) for window in WINDOWS],
+                    "off": errors(reference, true),
                     "claimed": 100
-                    * float((claimed / abs(own["error_bar"]).mean(("bound", "time"))).max()),
+                    * float(
+                        (expected_error / abs(reference["error_bar"]).mean(("bound", "time"))).max()
+                    ),
                 } | {
-                    f"{kind.name} {order}": errors(solved(kind(order, order)), own)
+                    f"{kind.name} {order}": errors(propagate(kind(order, order)), reference)
                     for kind in (fb.PCCI, fb.ImprovedPCCI)
                     for order in (1, 2, 3)
                 }
@@ -149,12 +152,12 @@ def sweep(true: xr.Dataset) -> Iterator[dict]:
 
 def cost(case: Case, samples: int) -> dict[str, float]:
     """Return the processor time of a study by LHS–Scanning and by improved PCCI (3, 3) [s]."""
-    found = {}
+    seconds_by_method = {}
     for method in (fb.LHSScanning(samples, 10), fb.ImprovedPCCI(3, 3)):
         begin = time.process_time()
         fb.propagate(case.response, case.inputs, method)
-        found[method.name] = time.process_time() - begin
-    return found
+        seconds_by_method[method.name] = time.process_time() - begin
+    return seconds_by_method
 
 
 def cosine() -> dict[str, list[float]]:

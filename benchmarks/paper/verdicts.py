@@ -17,13 +17,13 @@ class Statement:
     """What the paper states, what was found, and a verdict: "holds" or not, and when or why."""
 
     claim: str
-    found: str
+    result: str
     verdict: str
 
 
 def method(study: Numbers, label: str) -> Numbers:
     """Return what is known of a method of a study."""
-    return next(own for own in study["methods"] if own["label"] == label)
+    return next(entry for entry in study["methods"] if entry["label"] == label)
 
 
 def largest(errors: Mapping[str, float], of: str = "") -> float:
@@ -38,18 +38,18 @@ def percent(value: float) -> str:
 
 def where(sweep: list[Numbers], holds: Callable[[Numbers], bool]) -> str:
     """Return for which settings of the sweep a statement holds, as text."""
-    found = [cell for cell in sweep if holds(cell)]
-    if len(found) == len(sweep):
+    cells = [cell for cell in sweep if holds(cell)]
+    if len(cells) == len(sweep):
         return "every ρ∞, step and element of the sweep"
-    if not found:
+    if not cells:
         return "no ρ∞, step or element of the sweep"
     parts = []
     for step in dict.fromkeys(cell["step"] for cell in sweep):
         by_element: dict[str, list[str]] = {}
-        for cell in found:
+        for cell in cells:
             if cell["step"] == step:
                 by_element.setdefault(cell["element"], []).append(f"{cell['radius']:g}")
-        radii = {element: ", ".join(own) for element, own in by_element.items()}
+        radii = {element: ", ".join(texts) for element, texts in by_element.items()}
         if len(radii) == 2 and len(set(radii.values())) == 1:
             radii = {"": next(iter(radii.values()))}
         for element, text in radii.items():
@@ -60,24 +60,27 @@ def where(sweep: list[Numbers], holds: Callable[[Numbers], bool]) -> str:
 
 
 def verdict(
-    sweep: list[Numbers], holds: Callable[[Numbers], bool], why: str = "", here: bool | None = None
+    sweep: list[Numbers],
+    holds: Callable[[Numbers], bool],
+    why: str = "",
+    holds_here: bool | None = None,
 ) -> str:
     """Return a verdict on a statement about the reactions over the sweep.
 
     Parameters
     ----------
     why : why it does not hold everywhere.
-    here : whether it holds in the study of the page, if that was judged in another way.
+    holds_here : whether it holds in the study of the page, if that was judged in another way.
     """
     count = sum(map(holds, sweep))
-    here = holds(cell_of(sweep)) if here is None else here
-    if count == len(sweep) and here:
+    holds_here = holds(cell_of(sweep)) if holds_here is None else holds_here
+    if count == len(sweep) and holds_here:
         return HOLDS
     why = why and f": {why}"
     if count == 0:
-        return f"{HOLDS} here, but nowhere in the sweep{why}" if here else f"{NOT}{why}"
-    told = f"{count} of {len(sweep)} settings"
-    return f"{HOLDS} only with {where(sweep, holds)} ({told}){why}"
+        return f"{HOLDS} here, but nowhere in the sweep{why}" if holds_here else f"{NOT}{why}"
+    share = f"{count} of {len(sweep)} settings"
+    return f"{HOLDS} only with {where(sweep, holds)} ({share}){why}"
 
 
 def plain(holds: bool) -> str:
@@ -87,8 +90,8 @@ def plain(holds: bool) -> str:
 
 def cell_of(sweep: list[Numbers], element: str = "plain", step: float = 1e-3, radius: float = 0.7):
     """Return one of the settings of the sweep."""
-    chosen = element, step, radius
-    return next(c for c in sweep if (c["element"], c["step"], c["radius"]) == chosen)
+    setting = element, step, radius
+    return next(c for c in sweep if (c["element"], c["step"], c["radius"]) == setting)
 
 
 def rate(cell: Numbers, name: str) -> float:

@@ -24,37 +24,43 @@ MARKED = "#c0392b"
 MEASURED = np.random.default_rng(3).gamma(20.0, 0.25, 40)
 
 
-def density(one: fb.Distribution, label: str) -> Callable[[Axes], None]:
+def density(distribution: fb.Distribution, label: str) -> Callable[[Axes], None]:
     """Return a function that draws the density, the nominal value, and the first nested points."""
 
     def draw(axes: Axes) -> None:
         z = np.linspace(-4.0, 4.0, 2001)
-        x = one.at_normal(z)
+        x = distribution.at_normal(z)
         middle = (x[1:] + x[:-1]) / 2
         slope = np.diff(x) / np.diff(z)
         height = np.exp(-(((z[1:] + z[:-1]) / 2) ** 2) / 2) / np.sqrt(2 * np.pi) / slope
-        shown = (middle > x[50]) & (middle < x[-50])
-        axes.fill_between(middle[shown], height[shown], color=COLOUR, alpha=0.3, lw=0)
-        axes.plot(middle[shown], height[shown], color=COLOUR)
-        points = one.value(one.family.sequence(5)[:, None])
+        inner_mask = (middle > x[50]) & (middle < x[-50])
+        axes.fill_between(middle[inner_mask], height[inner_mask], color=COLOUR, alpha=0.3, lw=0)
+        axes.plot(middle[inner_mask], height[inner_mask], color=COLOUR)
+        points = distribution.value(distribution.family.sequence(5)[:, None])
         axes.plot(points, 0 * points, "o", color=MARKED, ms=4, clip_on=False, label="runs")
         axes.axvline(points[0], color=MARKED, lw=0.8, ls=":")
-        if isinstance(one, fb.Samples):
-            axes.plot(one.values, 0 * MEASURED - 0.03 * height.max(), "k|", ms=5, label="measured")
-        axes.set(xlabel=label, yticks=[], ylim=(-0.06 * height[shown].max(), None))
+        if isinstance(distribution, fb.Samples):
+            axes.plot(
+                distribution.values,
+                0 * MEASURED - 0.03 * height.max(),
+                "k|",
+                ms=5,
+                label="measured",
+            )
+        axes.set(xlabel=label, yticks=[], ylim=(-0.06 * height[inner_mask].max(), None))
 
     return draw
 
 
 def interval(axes: Axes) -> None:
     """Draw an interval around its nominal value."""
-    one = fb.Interval.around(10.0, plus=0.1, minus=0.05)
-    axes.plot([one.lower, one.upper], [0, 0], color=COLOUR, lw=6, solid_capstyle="butt")
-    axes.plot([one.lower, one.upper], [0, 0], "o", color=MARKED, ms=4)
+    length = fb.Interval.around(10.0, plus=0.1, minus=0.05)
+    axes.plot([length.lower, length.upper], [0, 0], color=COLOUR, lw=6, solid_capstyle="butt")
+    axes.plot([length.lower, length.upper], [0, 0], "o", color=MARKED, ms=4)
     axes.set(xlabel="length [mm]", yticks=[], ylim=(-1, 1))
 
 
-def correlated(axes: Axes) -> None:
+def correlation(axes: Axes) -> None:
     """Draw samples of two springs of one batch."""
     spring = fb.LogNormal(40.0, cv=0.08)
     space = Space({"springs": fb.Correlated({"front": spring, "rear": spring}, 0.8)})
@@ -79,27 +85,27 @@ def choice(axes: Axes) -> None:
     rate = {"steel": 1.0, "aluminium": 2.5}
 
     def response(material, load):
-        decay = np.array([rate[one] for one in material])
+        decay = np.array([rate[name] for name in material])
         return load[:, None] * np.exp(-decay[:, None] * t)
 
     inputs = {"material": fb.Choice(*rate), "load": fb.Interval(0.9, 1.1)}
     bands = fb.propagate(response, inputs, fb.ImprovedPCCI(1, 2))
     for option, color in zip(rate, (COLOUR, MARKED), strict=True):
-        own = bands["mean_by_choice"].sel(choice=option)
-        axes.fill_between(t, *own, color=color, alpha=0.4, label=option, lw=0)
+        option_bands = bands["mean_by_choice"].sel(choice=option)
+        axes.fill_between(t, *option_bands, color=color, alpha=0.4, label=option, lw=0)
     axes.plot(t, bands["mean"].T, color="0.1", lw=0.9)
     axes.legend()
     axes.set(xlabel="time [s]", ylabel="bands")
 
 
-def realizations(one: fb.RandomField | fb.IntervalField, label: str) -> Callable[[Axes], None]:
+def realizations(field: fb.RandomField | fb.IntervalField, label: str) -> Callable[[Axes], None]:
     """Return a function that draws some realizations of a field."""
 
     def draw(axes: Axes) -> None:
         x = np.linspace(0.0, 0.4, 161)
-        if isinstance(one, fb.IntervalField):
-            axes.fill_between(x, *one.limits(x), color=COLOUR, alpha=0.2, lw=0)
-        axes.plot(x, one.realizations(x, 6, 0).T, color=COLOUR, lw=0.8)
+        if isinstance(field, fb.IntervalField):
+            axes.fill_between(x, *field.limits(x), color=COLOUR, alpha=0.2, lw=0)
+        axes.plot(x, field.realizations(x, 6, 0).T, color=COLOUR, lw=0.8)
         axes.set(xlabel="position [m]", ylabel=label)
 
     return draw
@@ -117,7 +123,7 @@ KINDS: dict[str, Callable[[Axes], None]] = {
     "gumbel": density(fb.Gumbel(25.0, cv=0.15), "wind of a year [m/s]"),
     "scipy": density(as_input(stats.skewnorm(5.0, loc=2.0, scale=0.4)), "mass [kg]"),
     "samples": density(fb.Samples(MEASURED), "c [N·s/m]"),
-    "correlated": correlated,
+    "correlated": correlation,
     "p_box": p_box,
     "choice": choice,
     "random_field": realizations(fb.RandomField(69.0, 3.5, 0.1, (0.0, 0.4)), "E [GPa]"),

@@ -46,7 +46,7 @@ def point(**values: np.ndarray) -> np.ndarray:
 NOMINAL = float(LINKAGE.outputs_at({})[0, 0, 0])
 
 
-def allocated() -> xr.Dataset:
+def allocate_tolerances() -> xr.Dataset:
     """Return the allocation by flexband."""
     inputs = {name: fb.Play(REACH) for name in LINKAGE.pins}
     inputs |= {k: fb.Interval(v - REACH, v + REACH) for k, v in LENGTHS.items()}
@@ -59,7 +59,7 @@ def allocated() -> xr.Dataset:
 def farthest(tolerances: np.ndarray) -> np.ndarray:
     """Return how far the point is from its nominal place at most, to both sides, (2,)."""
     pins = len(LINKAGE.pins)
-    far = np.zeros(2)
+    distances = np.zeros(2)
     for corner in product((-1.0, 1.0), repeat=len(LENGTHS)):
         sizes = {
             name: np.array([length + side * t])
@@ -69,12 +69,12 @@ def farthest(tolerances: np.ndarray) -> np.ndarray:
         }
 
         def values(pairs: np.ndarray, sizes: dict[str, np.ndarray] = sizes) -> np.ndarray:
-            moved = dict(zip(LINKAGE.pins, pairs, strict=True))
-            return LINKAGE.outputs_at(moved, **sizes)[:, 0]
+            pairs_by_pin = dict(zip(LINKAGE.pins, pairs, strict=True))
+            return LINKAGE.outputs_at(pairs_by_pin, **sizes)[:, 0]
 
         low, high = ends(values, tolerances[:pins], tries=1, count=200)[:, 0]
-        far = np.maximum(far, [NOMINAL - low, high - NOMINAL])
-    return far
+        distances = np.maximum(distances, [NOMINAL - low, high - NOMINAL])
+    return distances
 
 
 def least_cost() -> float:
@@ -97,7 +97,7 @@ def main() -> None:
     """Print both costs."""
     argparse.ArgumentParser(description=__doc__).parse_args()
     exact = least_cost()
-    plan = allocated()
+    plan = allocate_tolerances()
     cost = plan.attrs["cost"]
     print(f"exact {exact:.6g}, allocated {cost:.6g}, {100 * (cost / exact - 1):+.3f} %")
 

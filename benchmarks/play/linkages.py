@@ -33,13 +33,13 @@ class Dyad:
     ----------
     names, lengths : of both links, which start at the places.
     places : the pins at their starts.
-    left : whether the common pin is to the left of the way from the first place to the second.
+    on_left : whether the common pin is to the left of the way from the first place to the second.
     """
 
     names: tuple[str, str]
     lengths: tuple[float, float]
     places: tuple[Place, Place]
-    left: bool = True
+    on_left: bool = True
 
 
 @dataclass(frozen=True)
@@ -70,20 +70,20 @@ class Linkage:
         `lengths` are those of links in place of the given ones, (n,).
         """
         count = max((np.shape(v)[-1] for v in (*pins.values(), *lengths.values())), default=1)
-        nothing = np.zeros((2, count))
+        zero_pairs = np.zeros((2, count))
         results = []
         for angle in self.angles:
-            bodies: dict[str, Pose] = {"ground": (nothing, np.zeros(count))}
-            bodies["crank"] = (pins.get("pin0", nothing), np.full(count, angle))
+            bodies: dict[str, Pose] = {"ground": (zero_pairs, np.zeros(count))}
+            bodies["crank"] = (pins.get("pin0", zero_pairs), np.full(count, angle))
             for k, dyad in enumerate(self.dyads):
-                moved = [pins.get(f"pin{3 * k + j}", nothing) for j in (1, 2, 3)]
-                self._add(dyad, moved, lengths, bodies)
+                dyad_pairs = [pins.get(f"pin{3 * k + j}", zero_pairs) for j in (1, 2, 3)]
+                self._add(dyad, dyad_pairs, lengths, bodies)
             rows = []
             for output in self.outputs:
                 if isinstance(output, str):
                     rows.append(bodies[output][1])
                 else:
-                    rows += list(_point(bodies, output, nothing))
+                    rows += list(_point(bodies, output, zero_pairs))
             results.append(np.stack(np.broadcast_arrays(*rows), axis=-1))
         values = np.stack(results, axis=-1)
         return (
@@ -93,35 +93,35 @@ class Linkage:
     @staticmethod
     def _add(
         dyad: Dyad,
-        moved: Sequence[np.ndarray],
+        pairs: Sequence[np.ndarray],
         lengths: Mapping[str, np.ndarray],
         bodies: dict[str, Pose],
     ) -> None:
-        """Add the poses of both links: `moved` are the pairs of both places and of the last pin."""
-        first, second = (_point(bodies, *pair) for pair in zip(dyad.places, moved, strict=False))
-        own = [
+        """Add the poses of both links: `pairs` are those of both places and of the last pin."""
+        first, second = (_point(bodies, *pair) for pair in zip(dyad.places, pairs, strict=False))
+        link_lengths = [
             lengths.get(name, length) for name, length in zip(dyad.names, dyad.lengths, strict=True)
         ]
-        end_x = own[0] + moved[2][0]
-        end_y = moved[2][1]
+        end_x = link_lengths[0] + pairs[2][0]
+        end_y = pairs[2][1]
         a = np.hypot(end_x, end_y)
-        b = own[1]
-        apart = second - first
-        distance = np.hypot(*apart)
+        b = link_lengths[1]
+        separation = second - first
+        distance = np.hypot(*separation)
         inner = np.arccos((distance**2 + a**2 - b**2) / (2 * distance * a))
-        angle = np.arctan2(apart[1], apart[0]) + (inner if dyad.left else -inner)
+        angle = np.arctan2(separation[1], separation[0]) + (inner if dyad.on_left else -inner)
         end = first + a * np.stack([np.cos(angle), np.sin(angle)])
         bodies[dyad.names[0]] = first, angle - np.arctan2(end_y, end_x)
         bodies[dyad.names[1]] = second, np.arctan2(*(end - second)[::-1])
 
 
-def _point(bodies: Mapping[str, Pose], place: Place, moved: np.ndarray) -> np.ndarray:
+def _point(bodies: Mapping[str, Pose], place: Place, offset: np.ndarray) -> np.ndarray:
     name, x, y = place
     origin, angle = bodies[name]
     c = np.cos(angle)
     s = np.sin(angle)
-    x = x + moved[0]
-    y = y + moved[1]
+    x = x + offset[0]
+    y = y + offset[1]
     return origin + np.stack([c * x - s * y, s * x + c * y])
 
 
@@ -143,14 +143,14 @@ def ends(
         size = radii[:, None] * part
         return values(np.stack([size * np.cos(angle), size * np.sin(angle)], axis=1))
 
-    scanned = at(angle, part)
-    result = np.empty((2, scanned.shape[1]))
+    scan = at(angle, part)
+    result = np.empty((2, scan.shape[1]))
     for k, sign in enumerate((1.0, -1.0)):
-        for output in range(scanned.shape[1]):
-            least = np.inf
-            for start in np.argsort(sign * scanned[:, output])[:tries]:
-                least = min(least, _along_rims(at, angle[:, start], output, sign))
-            result[k, output] = sign * min(least, (sign * scanned[:, output]).min())
+        for output in range(scan.shape[1]):
+            lowest = np.inf
+            for start in np.argsort(sign * scan[:, output])[:tries]:
+                lowest = min(lowest, _along_rims(at, angle[:, start], output, sign))
+            result[k, output] = sign * min(lowest, (sign * scan[:, output]).min())
     return result
 
 
@@ -160,8 +160,8 @@ def _along_rims(at: Outputs, angle: np.ndarray, output: int, sign: float) -> flo
 
     def slope(x: np.ndarray) -> np.ndarray:
         steps = 1e-5 * np.eye(len(x))
-        moved = at(np.concatenate([x + steps, x - steps]).T)[:, output]
-        return sign * (moved[: len(x)] - moved[len(x) :]) / 2e-5
+        shifted_values = at(np.concatenate([x + steps, x - steps]).T)[:, output]
+        return sign * (shifted_values[: len(x)] - shifted_values[len(x) :]) / 2e-5
 
     solution = minimize(value, angle, jac=slope, method="BFGS", options={"gtol": 1e-8})
     return float(solution.fun)
@@ -198,19 +198,19 @@ def stephenson(rng: np.random.Generator, dyads: int = 2) -> Linkage:
             return linkage
 
 
-def _closes(linkage: Linkage, least: float = 0.35) -> bool:
+def _closes(linkage: Linkage, min_sine: float = 0.35) -> bool:
     """Return whether all dyads close, with the sine of their inner angles above a number."""
     count = len(linkage.angles)
     bodies = {}
-    nothing = np.zeros((2, count))
-    bodies["ground"] = (nothing, np.zeros(count))
-    bodies["crank"] = (nothing, linkage.angles)
+    zero_pairs = np.zeros((2, count))
+    bodies["ground"] = (zero_pairs, np.zeros(count))
+    bodies["crank"] = (zero_pairs, linkage.angles)
     for dyad in linkage.dyads:
-        first, second = (_point(bodies, place, nothing) for place in dyad.places)
+        first, second = (_point(bodies, place, zero_pairs) for place in dyad.places)
         a, b = dyad.lengths
         distance = np.hypot(*(second - first))
         cosine = (a**2 + b**2 - distance**2) / (2 * a * b)
-        if np.any(np.abs(cosine) > np.sqrt(1 - least**2)) or distance.min() < 0.2:
+        if np.any(np.abs(cosine) > np.sqrt(1 - min_sine**2)) or distance.min() < 0.2:
             return False
-        Linkage._add(dyad, [nothing] * 3, {}, bodies)
+        Linkage._add(dyad, [zero_pairs] * 3, {}, bodies)
     return True

@@ -17,7 +17,7 @@ from benchmarks.play.linkages import Linkage, ends, four_bar, stephenson
 SEED = 39_000
 
 
-def compared(
+def compare_bounds(
     linkage: Linkage, radii: dict[str, float], method: fb.AdaptivePCCI
 ) -> tuple[float, float, int]:
     """Return the largest error of an end and the expected one, relative, and the runs."""
@@ -48,9 +48,9 @@ def main() -> None:
         linkage = four_bar(rng) if k % 2 == 0 else stephenson(rng)
         radii = dict.fromkeys(linkage.pins, 0.0)
         radii = {name: float(10 ** rng.uniform(-3, -2)) for name in radii}
-        error, expected, runs = compared(linkage, radii, fb.AdaptivePCCI(1e-3))
+        error, expected_error, runs = compare_bounds(linkage, radii, fb.AdaptivePCCI(1e-3))
         errors.append(error)
-        print(f"| {k} | {len(radii)} | {runs} | {error:.2g} | {expected:.2g} |", flush=True)
+        print(f"| {k} | {len(radii)} | {runs} | {error:.2g} | {expected_error:.2g} |", flush=True)
     print(f"median {np.median(errors):.2g}, largest {max(errors):.2g} of the width")
 
 

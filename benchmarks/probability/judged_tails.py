@@ -123,7 +123,7 @@ class Case:
     factor: float  # of the probability that is allowed
 
     @staticmethod
-    def drawn(seed: int) -> Case:
+    def draw(seed: int) -> Case:
         """Return a case; the formulas take turns."""
         rng = np.random.default_rng(seed)
         kind = FORMULAS[seed % len(FORMULAS)]
@@ -145,9 +145,9 @@ class Case:
         """Return the probability of exceeding a limit, of values on the grid at the worst e."""
         x = np.linspace(-FARTHEST, FARTHEST, POINTS)
         y = np.linspace(-FARTHEST, FARTHEST, NODES)
-        beyond = values - limit
-        first = beyond[:, :-1]
-        second = beyond[:, 1:]
+        excess = values - limit
+        first = excess[:, :-1]
+        second = excess[:, 1:]
         cross = first * second < 0
         part = np.divide(first, first - second, out=np.zeros(first.shape), where=cross)
         place = ndtr(x[:-1] + part * np.diff(x))
@@ -170,8 +170,8 @@ class Case:
         high = float(values.max())
         for _ in range(60):
             middle = (low + high) / 2
-            more = self.probability(values, middle) > level
-            low, high = (middle, high) if more else (low, middle)
+            exceeds_level = self.probability(values, middle) > level
+            low, high = (middle, high) if exceeds_level else (low, middle)
         return high
 
     def width(self) -> float:
@@ -196,7 +196,7 @@ class Outcome:
         return "PASS" if self.case.factor >= 1 else "FAIL"
 
     @property
-    def held(self) -> bool:
+    def covers_level(self) -> bool:
         """Whether the interval holds the probability."""
         return self.low <= self.case.level <= self.high
 
@@ -208,10 +208,12 @@ class Outcome:
 
 def outcome(case: Case) -> Outcome:
     """Return the verdict of a study of a case, and its interval of the probability."""
-    allowed = min(0.999, case.level * case.factor)
+    allowed_probability = min(0.999, case.level * case.factor)
     limit = case.limit(case.level)
-    margin = abs(limit - case.limit(allowed)) / case.width()
-    requirement = fb.Requirement("q", below=limit, criterion=fb.analysis.Probability(allowed))
+    margin = abs(limit - case.limit(allowed_probability)) / case.width()
+    requirement = fb.Requirement(
+        "q", below=limit, criterion=fb.analysis.Probability(allowed_probability)
+    )
     inputs = {"x": fb.Normal(0, 1), "y": fb.Normal(0, 1), "e": fb.Interval(-1, 1)}
     study = fb.Study(case.response, inputs, case.method, requirements=[requirement])
     with TemporaryDirectory() as folder, warnings.catch_warnings():
@@ -223,23 +225,23 @@ def outcome(case: Case) -> Outcome:
 
 def summary(outcomes: list[Outcome]) -> dict[str, Any]:
     """Return the rates of some outcomes."""
-    frequent = [each for each in outcomes if each.case.level >= 1e-3]
-    spans = [each.high / max(each.low, 1e-300) for each in frequent]
-    clear = [each for each in outcomes if not 0.5 < each.case.factor < 2]
-    undecided = [each for each in clear if each.verdict == "UNDECIDED"]
+    frequent_results = [result for result in outcomes if result.case.level >= 1e-3]
+    spans = [result.high / max(result.low, 1e-300) for result in frequent_results]
+    clear_results = [result for result in outcomes if not 0.5 < result.case.factor < 2]
+    undecided_results = [result for result in clear_results if result.verdict == "UNDECIDED"]
     return {
         "cases": len(outcomes),
-        "PASS that is FAIL": sum(each.wrong and each.right == "FAIL" for each in outcomes),
-        "FAIL that is PASS": sum(each.wrong and each.right == "PASS" for each in outcomes),
-        "intervals that miss": sum(not each.held for each in outcomes),
+        "PASS that is FAIL": sum(result.wrong and result.right == "FAIL" for result in outcomes),
+        "FAIL that is PASS": sum(result.wrong and result.right == "PASS" for result in outcomes),
+        "intervals that miss": sum(not result.covers_level for result in outcomes),
         "high/low for P ≥ 1e-3, median": round(float(np.median(spans)), 2) if spans else None,
-        "allowed is a factor of 2 off or more": len(clear),
-        "of these undecided": len(undecided),
-        "margin above 5 % of the width": sum(each.margin > 0.05 for each in outcomes),
+        "allowed is a factor of 2 off or more": len(clear_results),
+        "of these undecided": len(undecided_results),
+        "margin above 5 % of the width": sum(result.margin > 0.05 for result in outcomes),
         "of these undecided, too": sum(
-            each.margin > 0.05 and each.verdict == "UNDECIDED" for each in outcomes
+            result.margin > 0.05 and result.verdict == "UNDECIDED" for result in outcomes
         ),
-        "verdicts": dict(Counter(each.verdict for each in outcomes)),
+        "verdicts": dict(Counter(result.verdict for result in outcomes)),
     }
 
 
@@ -251,12 +253,13 @@ def main() -> None:
     options = parser.parse_args()
     outcomes = []
     for seed in range(options.seed, options.seed + options.samples):
-        outcomes.append(each := outcome(Case.drawn(seed)))
-        if each.wrong or not each.held:
-            case = each.case
+        outcomes.append(result := outcome(Case.draw(seed)))
+        if result.wrong or not result.covers_level:
+            case = result.case
             print(
                 f"{seed} {case.kind} {case.method.label}: P = {case.level:.3g}, allowed "
-                f"{case.level * case.factor:.3g}, {each.verdict}, {each.low:.3g} … {each.high:.3g}"
+                f"{case.level * case.factor:.3g}, {result.verdict}, "
+                f"{result.low:.3g} … {result.high:.3g}"
             )
     for name, number in summary(outcomes).items():
         print(f"{name}: {number}")

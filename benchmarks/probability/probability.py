@@ -59,7 +59,7 @@ class Case:
     level: float
 
     @staticmethod
-    def drawn(seed: int) -> Case:
+    def draw(seed: int) -> Case:
         """Return a case; every other has its maximum inside the box in most directions."""
         rng = np.random.default_rng(seed)
         m = int(rng.integers(1, 4))
@@ -96,18 +96,18 @@ class Case:
         m = len(self.linear)
         k = -float(ndtri(self.level))
 
-        def lowered(eta: np.ndarray) -> np.ndarray:
+        def negative_height(eta: np.ndarray) -> np.ndarray:
             c, a = self.parts(np.atleast_2d(eta))
             return -(c + k * np.linalg.norm(a, axis=1))
 
         points = np.concatenate([np.array(list(product((-1.0, 1.0), repeat=m))),
                                  2 * sobol(SCANNED, m) - 1])  # fmt: skip
-        best = points[np.argsort(lowered(points))[:POLISHED]]
-        found = [
-            minimize(lambda eta: lowered(eta)[0], at, bounds=[(-1, 1)] * m, tol=1e-13)
+        best = points[np.argsort(negative_height(points))[:POLISHED]]
+        optima = [
+            minimize(lambda eta: negative_height(eta)[0], at, bounds=[(-1, 1)] * m, tol=1e-13)
             for at in best
         ]
-        lowest: Any = min(found, key=lambda one: one.fun)
+        lowest: Any = min(optima, key=lambda optimum: optimum.fun)
         return -float(lowest.fun), lowest.x
 
     def surrogate(self) -> Any:
@@ -139,7 +139,7 @@ class Outcome:
     seconds: float
 
     @property
-    def covered(self) -> bool:
+    def covers_level(self) -> bool:
         """Whether the interval holds the largest probability."""
         return bool(self.off[1] <= 0 <= self.off[2])
 
@@ -150,24 +150,24 @@ def outcome(case: Case, seed: int) -> Outcome:
     height, eta = case.limit()
     limit = fb.Limit(below=height)
     start = time.process_time()
-    found = (
+    result = (
         fb.analysis.failure_probability(surrogate, limit, seed=seed)
         .sel(bound="upper")
         .isel(limit=0)
     )
     seconds = time.process_time() - start
-    stated = [float(found[k]) for k in ("probability", "confidence_low", "confidence_high")]
+    answers = [float(result[k]) for k in ("probability", "confidence_low", "confidence_high")]
     rng = np.random.default_rng(seed)
     (corridor,) = corridors(limit, surrogate.labels).values()
     state = LimitState.from_surrogate(
         surrogate, corridor, np.zeros(surrogate.labels.shape[1:]), rng
     )
-    known = rare(lambda u: state.least(u, eta), surrogate.space.random_dimension, rng)
-    at = estimate(state, state, eta, known, 0.025, rng)
-    usual = 2 * TWO_SIDED * at.error / at.probability
-    usual *= np.sqrt(len(at.u) / float(found["samples"]))
-    off = np.log(np.maximum(stated, 1e-300) / case.level)
-    return Outcome(off, float(off[2] - off[1]) / usual, seconds)
+    rare_samples = rare(lambda u: state.least(u, eta), surrogate.space.random_dimension, rng)
+    at = estimate(state, state, eta, rare_samples, 0.025, rng)
+    reference_width = 2 * TWO_SIDED * at.error / at.probability
+    reference_width *= np.sqrt(len(at.u) / float(result["samples"]))
+    off = np.log(np.maximum(answers, 1e-300) / case.level)
+    return Outcome(off, float(off[2] - off[1]) / reference_width, seconds)
 
 
 def rise(case: Case, seed: int) -> tuple[float, bool]:
@@ -176,59 +176,65 @@ def rise(case: Case, seed: int) -> tuple[float, bool]:
     height, eta = case.limit()
     limit = fb.Limit(below=height)
     ends = zip(np.maximum(eta - NARROWED, -1.0), np.minimum(eta + NARROWED, 1.0), strict=True)
-    narrower = {f"e{k}": fb.Interval(*map(float, pair)) for k, pair in enumerate(ends)}
-    whole, part = (
-        fb.analysis.failure_probability(each, limit, seed=seed).sel(bound="upper").isel(limit=0)
-        for each in (surrogate, surrogate.narrowed(**narrower))
+    narrow_intervals = {f"e{k}": fb.Interval(*map(float, pair)) for k, pair in enumerate(ends)}
+    wide_result, narrow_result = (
+        fb.analysis.failure_probability(box_surrogate, limit, seed=seed)
+        .sel(bound="upper")
+        .isel(limit=0)
+        for box_surrogate in (surrogate, surrogate.narrowed(**narrow_intervals))
     )
-    change = float(part["probability"] / whole["probability"]) - 1
-    return change, bool(part["probability"] > whole["confidence_high"])
+    change = float(narrow_result["probability"] / wide_result["probability"]) - 1
+    return change, bool(narrow_result["probability"] > wide_result["confidence_high"])
 
 
-def narrowing(chosen: Any) -> None:
+def narrowing(arguments: Any) -> None:
     """Report how often, and how far, the probability rises in narrower boxes."""
-    seeds = range(chosen.seed, chosen.seed + chosen.samples)
-    rises, above = map(np.array, zip(*(rise(Case.drawn(k), k) for k in seeds), strict=True))
+    seeds = range(arguments.seed, arguments.seed + arguments.samples)
+    rises, above = map(np.array, zip(*(rise(Case.draw(k), k) for k in seeds), strict=True))
     header = ["cases", "rises", "most", "above the stated interval"]
     row = [str(len(rises)), str(int((rises > 0).sum())), f"{100 * rises.max():.1f} %",
            str(int(above.sum()))]  # fmt: skip
-    report(chosen.output, "probability_narrowed", header, [row], {"rises": rises.tolist()})
+    report(arguments.output, "probability_narrowed", header, [row], {"rises": rises.tolist()})
 
 
 def main() -> None:
-    chosen = options(
+    arguments = options(
         __doc__,
         200,
         seed=(SEED, "of the first case"),
         narrowed=(0, "1 to narrow the box around the maximum instead"),
     )
-    if chosen.narrowed:
-        narrowing(chosen)
+    if arguments.narrowed:
+        narrowing(arguments)
         return
-    found = [outcome(Case.drawn(k), k) for k in range(chosen.seed, chosen.seed + chosen.samples)]
-    off = np.array([one.off for one in found])
+    results = [
+        outcome(Case.draw(k), k) for k in range(arguments.seed, arguments.seed + arguments.samples)
+    ]
+    off = np.array([result.off for result in results])
     groups = {
-        "all": np.ones(len(found), dtype=bool),
-        "even (vertex)": np.arange(chosen.seed, chosen.seed + len(found)) % 2 == 0,
-        "odd (inside)": np.arange(chosen.seed, chosen.seed + len(found)) % 2 == 1,
+        "all": np.ones(len(results), dtype=bool),
+        "even (vertex)": np.arange(arguments.seed, arguments.seed + len(results)) % 2 == 0,
+        "odd (inside)": np.arange(arguments.seed, arguments.seed + len(results)) % 2 == 1,
     }
     rows = []
-    for name, own in groups.items():
-        part = [one for one, member in zip(found, own, strict=True) if member]
+    for name, group_mask in groups.items():
+        part = [result for result, member in zip(results, group_mask, strict=True) if member]
         if not part:
             continue
         rows.append([
-            name, str(len(part)), f"{100 * np.mean([one.covered for one in part]):.1f} %",
-            str(int(np.sum(off[own, 2] < 0))), str(int(np.sum(off[own, 1] > 0))),
-            f"{100 * np.median(off[own, 0]):.1f} %", f"{100 * np.abs(off[own, 0]).max():.1f} %",
-            f"{np.median([one.width for one in part]):.2f}",
-            f"{np.median([one.seconds for one in part]):.2f}",
+            name, str(len(part)),
+            f"{100 * np.mean([result.covers_level for result in part]):.1f} %",
+            str(int(np.sum(off[group_mask, 2] < 0))), str(int(np.sum(off[group_mask, 1] > 0))),
+            f"{100 * np.median(off[group_mask, 0]):.1f} %",
+            f"{100 * np.abs(off[group_mask, 0]).max():.1f} %",
+            f"{np.median([result.width for result in part]):.2f}",
+            f"{np.median([result.seconds for result in part]):.2f}",
         ])  # fmt: skip
     header = ["maxima", "cases", "held", "too low", "too high", "off, median", "off, most",
               "width, median", "CPU s"]  # fmt: skip
     worst = np.argsort(-np.abs(off[:, 0]))[:5]
-    notes = [f"farthest off: seeds {(chosen.seed + worst).tolist()}"]
-    report(chosen.output, "probability", header, rows, {"off": off.tolist()}, notes)
+    notes = [f"farthest off: seeds {(arguments.seed + worst).tolist()}"]
+    report(arguments.output, "probability", header, rows, {"off": off.tolist()}, notes)
 
 
 if __name__ == "__main__":

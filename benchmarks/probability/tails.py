@@ -64,7 +64,7 @@ def bend(rng: np.random.Generator) -> Formula:
     return lambda x, y: x + a * y + b * width * np.logaddexp(0, (x - c) / width)
 
 
-def saturating(rng: np.random.Generator) -> Formula:
+def saturation(rng: np.random.Generator) -> Formula:
     """Return tanh(a x) + b y."""
     a, b = rng.uniform(0.1, 0.4), rng.uniform(0.05, 0.3)
     return lambda x, y: np.tanh(a * x) + b * y
@@ -80,7 +80,7 @@ def load(rng: np.random.Generator) -> Formula:
     )
 
 
-FORMULAS = (exponential, cubic, hyperbolic, quadratic, bend, saturating, load)
+FORMULAS = (exponential, cubic, hyperbolic, quadratic, bend, saturation, load)
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ class Case:
     level: float
 
     @staticmethod
-    def drawn(seed: int) -> Case:
+    def draw(seed: int) -> Case:
         """Return a case; the formulas take turns."""
         rng = np.random.default_rng(seed)
         formula = FORMULAS[seed % len(FORMULAS)](rng)
@@ -133,15 +133,15 @@ class Outcome:
     """Stated ends of the interval, estimates and the surrogate's, over the probability."""
 
     level: float
-    stated: np.ndarray
+    ratios: np.ndarray
     surrogate: float
-    given: bool
+    is_positive: bool
     seconds: float
 
     @property
-    def held(self) -> bool:
+    def covers_level(self) -> bool:
         """Whether the interval holds the probability."""
-        return bool(self.stated[1] <= 1 <= self.stated[2])
+        return bool(self.ratios[1] <= 1 <= self.ratios[2])
 
 
 def outcome(case: Case, seed: int, runs: int) -> Outcome:
@@ -150,14 +150,16 @@ def outcome(case: Case, seed: int, runs: int) -> Outcome:
     surrogate = fb.expand(case.response, inputs, fb.AdaptivePCCI(tolerance=0.01))
     by_runs = {"response": case.response, "runs": runs} if runs else {}
     start = time.process_time()
-    found = fb.analysis.failure_probability(
+    result = fb.analysis.failure_probability(
         surrogate, fb.Limit(below=case.limit()), seed=seed, **by_runs
     )
     seconds = time.process_time() - start
-    one = found.sel(bound="upper").isel(limit=0)
+    upper_bound = result.sel(bound="upper").isel(limit=0)
     names = ("probability", "confidence_low", "confidence_high", "surrogate_probability")
-    *stated, alone = (float(one[k]) / case.level if k in one else np.nan for k in names)
-    return Outcome(case.level, np.array(stated), alone, bool(stated[0] > 0), seconds)
+    *ratios, surrogate_ratio = (
+        float(upper_bound[k]) / case.level if k in upper_bound else np.nan for k in names
+    )
+    return Outcome(case.level, np.array(ratios), surrogate_ratio, bool(ratios[0] > 0), seconds)
 
 
 RUNS = 0, 16, 64
@@ -169,33 +171,40 @@ LEVELS = (1e-2, LARGEST), (1e-4, 1e-2), (LEAST, 1e-4)
 
 def main() -> None:
     simplefilter("ignore", fb.errors.ToleranceWarning)
-    chosen = options(__doc__, 70, seed=(SEED, "of the first case"))
+    arguments = options(__doc__, 70, seed=(SEED, "of the first case"))
     rows = []
-    data = {}
+    ratios_by_runs = {}
     notes = []
-    seeds = range(chosen.seed, chosen.seed + chosen.samples)
+    seeds = range(arguments.seed, arguments.seed + arguments.samples)
     for runs in RUNS:
-        found = [outcome(Case.drawn(k), k, runs) for k in seeds]
-        missed = [k for k, one in zip(seeds, found, strict=True) if not one.held]
+        results = [outcome(Case.draw(k), k, runs) for k in seeds]
+        missed_seeds = [
+            k for k, result in zip(seeds, results, strict=True) if not result.covers_level
+        ]
         for low, high in LEVELS:
-            part = [one for one in found if low <= one.level < high]
+            part = [result for result in results if low <= result.level < high]
             if not part:
                 continue
-            given = [one for one in part if one.given]
-            widths = [np.log(one.stated[2] / one.stated[1]) for one in given if one.stated[1] > 0]
+            positive_results = [result for result in part if result.is_positive]
+            widths = [
+                np.log(result.ratios[2] / result.ratios[1])
+                for result in positive_results
+                if result.ratios[1] > 0
+            ]
             rows.append([
-                str(runs), f"{low:g} to {high:g}", str(len(part)), str(len(given)),
-                f"{100 * np.mean([one.held for one in part]):.1f} %",
-                f"{np.median([one.surrogate for one in part]):.2f}",
-                f"{np.median([abs(np.log(one.stated[0])) for one in given]):.2f}" if given else "",
+                str(runs), f"{low:g} to {high:g}", str(len(part)), str(len(positive_results)),
+                f"{100 * np.mean([result.covers_level for result in part]):.1f} %",
+                f"{np.median([result.surrogate for result in part]):.2f}",
+                f"{np.median([abs(np.log(result.ratios[0])) for result in positive_results]):.2f}"
+                if positive_results else "",
                 f"{np.exp(np.median(widths)):.2f}" if widths else "",
-                f"{np.median([one.seconds for one in part]):.2f}",
+                f"{np.median([result.seconds for result in part]):.2f}",
             ])  # fmt: skip
-        data[str(runs)] = [one.stated.tolist() for one in found]
-        notes.append(f"{runs} runs: not held at seeds {missed}")
+        ratios_by_runs[str(runs)] = [result.ratios.tolist() for result in results]
+        notes.append(f"{runs} runs: not held at seeds {missed_seeds}")
     header = ["runs", "probability", "cases", "given", "held", "surrogate", "|ln off|, median",
               "high/low, median", "CPU s"]  # fmt: skip
-    report(chosen.output, "tails", header, rows, data, notes)
+    report(arguments.output, "tails", header, rows, ratios_by_runs, notes)
 
 
 if __name__ == "__main__":

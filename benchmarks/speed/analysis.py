@@ -60,8 +60,8 @@ def formula(times: int, outputs: int, count: int, rings: bool) -> tuple[Callable
             F = np.exp(-0.3 * s * t) * (1 + 0.3 * np.sin(s) * np.sin(3 * t))
         return xr.DataArray(F, dims=("sample", "output", "time"), coords={"time": t})
 
-    own = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY) for name in names]
-    response.__signature__ = inspect.Signature(own)  # type: ignore[attr-defined]
+    parameters = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY) for name in names]
+    response.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     kinds = fb.Interval(-1, 1), fb.Normal(0, 0.5)
     return response, {name: kinds[k % 2] for k, name in enumerate(names)}
 
@@ -79,51 +79,58 @@ def child(case: str) -> None:
     print(time.process_time() - begin, wall, bands.attrs["runs"], peak, 0)
 
 
-def recorded(case: str) -> None:
+def replay(case: str) -> None:
     """Print as `child` what the recorded runs of an example take, or its narrowed bands."""
     kind, _, file = case.split()
     study = load_study(ROOT / file)
-    simulated = 0.0
+    # Time the simulations apart from the analysis.
+    simulation_seconds = 0.0
     simulate = DynamicResponse.__call__
 
-    def timed(*arguments: Any, **values: Any) -> xr.DataArray:
-        nonlocal simulated
+    def time_call(*arguments: Any, **values: Any) -> xr.DataArray:
+        nonlocal simulation_seconds
         begin = time.process_time()
         outputs = simulate(*arguments, **values)
-        simulated += time.process_time() - begin
+        simulation_seconds += time.process_time() - begin
         return outputs
 
-    DynamicResponse.__call__ = timed
+    DynamicResponse.__call__ = time_call
+    # Record the runs, then time what is computed from them.
     with tempfile.TemporaryDirectory() as folder:
         expand = partial(fb.expand, study.response, study.inputs, study.method, store=folder)
         surrogate = expand()
-        name, whole = next((k, v) for k, v in study.inputs.items() if isinstance(v, fb.Interval))
-        middle = (whole.lower + whole.upper) / 2
-        quarter = (whole.upper - whole.lower) / 4
+        name, interval = next((k, v) for k, v in study.inputs.items() if isinstance(v, fb.Interval))
+        middle = (interval.lower + interval.upper) / 2
+        quarter = (interval.upper - interval.lower) / 4
         half = fb.Interval(middle - quarter, middle + quarter)
 
-        def narrowed() -> xr.Dataset:
+        def narrow_bands() -> xr.Dataset:
             return surrogate.narrowed(**{name: half}).bands()
 
-        work: Callable[[], object] = expand if kind == "analysis" else narrowed
+        work: Callable[[], object] = expand if kind == "analysis" else narrow_bands
         work()
-        simulated = 0.0
+        simulation_seconds = 0.0
         begin, wall = time.process_time(), time.perf_counter()
         work()
         seconds = time.process_time() - begin, time.perf_counter() - wall
-    print(*seconds, surrogate.bands().attrs["runs"], 0, simulated)
+    print(*seconds, surrogate.bands().attrs["runs"], 0, simulation_seconds)
 
 
-def measured(case: str, notes: dict[str, list[str]]) -> float:
+def measure_case(case: str, notes: dict[str, list[str]]) -> float:
     """Return CPU seconds of a case; keep wall seconds, runs and peak memory in the notes."""
     command = [sys.executable, "-m", __spec__.name, "child", case]
     run = subprocess.run(command, capture_output=True, text=True, check=True)
-    seconds, wall, runs, peak, simulated = run.stdout.split()[-5:]
-    notes[case] = [f"{float(wall):.3g}", runs, f"{float(peak):.0f}", f"{float(simulated):.3g}"]
+    seconds, wall, runs, peak, simulation_seconds = run.stdout.split()[-5:]
+    notes[case] = [
+        f"{float(wall):.3g}",
+        runs,
+        f"{float(peak):.0f}",
+        f"{float(simulation_seconds):.3g}",
+    ]
     return float(seconds)
 
 
-def carried_out(name: str, notes: dict[str, list[str]], *, compiled: bool = True) -> float:
+def run_command(name: str, notes: dict[str, list[str]], *, compiled: bool = True) -> float:
     """Return CPU seconds of a command; keep its wall seconds in the notes."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     begin = time.perf_counter()
@@ -141,25 +148,25 @@ def carried_out(name: str, notes: dict[str, list[str]], *, compiled: bool = True
 
 
 def main() -> None:
-    chosen = options(__doc__, 256)
-    cases = [*CASES, *RECORDED] if chosen.samples >= 256 else list(CASES)[:2]
+    arguments = options(__doc__, 256)
+    cases = [*CASES, *RECORDED] if arguments.samples >= 256 else list(CASES)[:2]
     notes: dict[str, list[str]] = {}
     for case in cases:  # also compiles
-        measured(case, notes)
-    timed = {case: partial(measured, case, notes) for case in cases}
+        measure_case(case, notes)
+    timers = {case: partial(measure_case, case, notes) for case in cases}
     for command in COMMANDS:
-        carried_out(command, notes)
-        timed[command] = partial(carried_out, command, notes)
-    found = alternate(timed, chosen.repeats)
+        run_command(command, notes)
+        timers[command] = partial(run_command, command, notes)
+    measurements = alternate(timers, arguments.repeats)
     for command in COMMANDS:
-        found[f"{command}{COLD}"] = [carried_out(command, notes, compiled=False)]
-    rows = [[name, f"{value:.3g}", *notes[name]] for name, value in medians(found).items()]
+        measurements[f"{command}{COLD}"] = [run_command(command, notes, compiled=False)]
+    rows = [[name, f"{value:.3g}", *notes[name]] for name, value in medians(measurements).items()]
     columns = ["case", "CPU s", "wall s, the last one", "runs", "peak MiB", "CPU s of simulations"]
-    report(chosen.output, "analysis", columns, rows, found)
+    report(arguments.output, "analysis", columns, rows, measurements)
 
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["child"]:
-        (recorded if sys.argv[2] in RECORDED else child)(sys.argv[2])
+        (replay if sys.argv[2] in RECORDED else child)(sys.argv[2])
     else:
         main()

@@ -22,9 +22,9 @@ def slider_crank() -> fb.Surrogate:
     import slider_crank as example  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
 
     response = fb.dynamic_response(example.slider_crank, duration=0.6, step=1e-4, output_step=1e-3)
-    found = fb.expand(response, example.inputs, fb.AdaptivePCCI(tolerance=0.01))
-    assert isinstance(found, fb.Surrogate)
-    return found
+    surrogate = fb.expand(response, example.inputs, fb.AdaptivePCCI(tolerance=0.01))
+    assert isinstance(surrogate, fb.Surrogate)
+    return surrogate
 
 
 def limit(surrogate: fb.Surrogate) -> fb.Limit:
@@ -46,28 +46,30 @@ def seconds(answer: Callable[[], object]) -> float:
 
 
 def main() -> None:
-    chosen = options(__doc__, 1)
+    arguments = options(__doc__, 1)
     surrogate = slider_crank()
-    at = limit(surrogate)
+    force_limit = limit(surrogate)
     tighter = {"crank_length": fb.Interval(0.198, 0.202)}
     answers = {
         "bands for a tighter tolerance": lambda: surrogate.narrowed(**tighter).bands(),
         "contributions": partial(fb.analysis.contributions, surrogate),
-        "check_limits": partial(fb.analysis.check_limits, surrogate, at),
+        "check_limits": partial(fb.analysis.check_limits, surrogate, force_limit),
         "quantiles": partial(fb.analysis.quantiles, surrogate),
         "sobol_indices": partial(fb.analysis.sobol_indices, surrogate),
-        "failure_probability": partial(fb.analysis.failure_probability, surrogate, at),
+        "failure_probability": partial(fb.analysis.failure_probability, surrogate, force_limit),
     }
     for answer in answers.values():  # also compiles
         answer()
-    timed = {name: partial(seconds, answer) for name, answer in answers.items()}
-    found = alternate(timed, chosen.repeats)
-    told = fb.analysis.failure_probability(surrogate, at)
+    timers = {name: partial(seconds, answer) for name, answer in answers.items()}
+    measurements = alternate(timers, arguments.repeats)
+    result = fb.analysis.failure_probability(surrogate, force_limit)
     names = ("probability", "confidence_low", "confidence_high")
-    low, high = ([float(told[k][b, 0]) for k in names] for b in range(2))
+    low, high = ([float(result[k][b, 0]) for k in names] for b in range(2))
     note = "probability {:.3g} ({:.3g} to {:.3g}) to {:.3g} ({:.3g} to {:.3g})"
-    rows = [[name, f"{value:.3g}"] for name, value in medians(found).items()]
-    report(chosen.output, "answers", ["answer", "s"], rows, found, [note.format(*low, *high)])
+    rows = [[name, f"{value:.3g}"] for name, value in medians(measurements).items()]
+    report(
+        arguments.output, "answers", ["answer", "s"], rows, measurements, [note.format(*low, *high)]
+    )
 
 
 if __name__ == "__main__":

@@ -88,11 +88,13 @@ def many_inputs(times: int) -> PhaseExpansion:
     """Return a surrogate of 5 η, 5 ξ and 3 outputs; two η and two ξ change the only phase."""
     r = np.random.default_rng(0)
     t = np.linspace(0.0, 1.0, times)
-    mixed = [np.eye(10)[[a, b]].sum(axis=0) for a, b in ((0, 5), (1, 6), (2, 8), (3, 4))]
-    index = np.array([np.zeros(10), *np.eye(10), *2 * np.eye(10), *mixed]).astype(int)
+    product_orders = [np.eye(10)[[a, b]].sum(axis=0) for a, b in ((0, 5), (1, 6), (2, 8), (3, 4))]
+    index = np.array([np.zeros(10), *np.eye(10), *2 * np.eye(10), *product_orders]).astype(int)
     size = np.array([1.0, 0.15, 0.02])[index.sum(axis=1)][:, None, None]
-    moved = index @ np.isin(np.arange(10), (0, 1, 5, 6)) == index.sum(axis=1)
-    rate = np.array([125.0, 5.0, 0.15])[index.sum(axis=1)] * moved * r.uniform(0.5, 1, len(index))
+    phase_mask = index @ np.isin(np.arange(10), (0, 1, 5, 6)) == index.sum(axis=1)
+    rate = (
+        np.array([125.0, 5.0, 0.15])[index.sum(axis=1)] * phase_mask * r.uniform(0.5, 1, len(index))
+    )
     base, re, im = (
         (size * r.standard_normal((len(index), 3, 1)) * np.cos(r.uniform(1, 3) * t)).reshape(
             len(index), -1
@@ -104,7 +106,7 @@ def many_inputs(times: int) -> PhaseExpansion:
     return PhaseExpansion(np.arange(3), parts, PartColumns.from_outputs(3, 1))
 
 
-def sampled(surrogate: PhaseExpansion) -> None:
+def sample_moments(surrogate: PhaseExpansion) -> None:
     """Compute moments of a surrogate from samples at 32 points η × 512 points ξ."""
     r = np.random.default_rng(0)
     for eta in r.uniform(-1, 1, (32, 5)):
@@ -113,35 +115,40 @@ def sampled(surrogate: PhaseExpansion) -> None:
 
 
 def main() -> None:
-    chosen = options(__doc__, 256)
-    order = ORDER if chosen.samples >= 256 else 1
+    arguments = options(__doc__, 256)
+    order = ORDER if arguments.samples >= 256 else 1
+    # Record the runs of improved PCCI.
     response = fb.dynamic_response(slider_crank, duration=DURATION, step=STEP)
     inputs = EXAMPLE["inputs"]
     method = fb.ImprovedPCCI(random_order=order, interval_order=order)
-    kept = []
+    calls = []
 
-    def keeping(**values):
-        kept.append((values, response(**values)))
-        return kept[-1][1]
+    def record_call(**values):
+        calls.append((values, response(**values)))
+        return calls[-1][1]
 
-    fb.propagate(keeping, inputs, method)  # also compiles
-    values, runs = kept[0]
+    fb.propagate(record_call, inputs, method)  # also compiles
+    values, runs = calls[0]
     cases = {
         "simulations": lambda: seconds(response, **values),
         "flexband: fit, moments, bounds": lambda: seconds(
             fb.propagate, lambda **_: runs, inputs, method
         ),
     }
-    full = chosen.samples >= 256
-    phase_resolved = long_phase(10_000 if full else 2_000)
-    wide = many_inputs(600 if full else 24)
+    # Surrogates of oscillations.
+    full_size = arguments.samples >= 256
+    phase_resolved = long_phase(10_000 if full_size else 2_000)
+    wide_surrogate = many_inputs(600 if full_size else 24)
     phase_resolved()
-    wide.extremes(SIGMAS)
+    wide_surrogate.extremes(SIGMAS)
     cases |= {
         "phase-resolved, 200 periods": phase_resolved,
-        "phase-resolved bounds, 5 + 5 inputs": lambda: seconds(wide.extremes, SIGMAS),
-        "the same surrogate, sampled 32 × 512 times": lambda: seconds(sampled, wide),
+        "phase-resolved bounds, 5 + 5 inputs": lambda: seconds(wide_surrogate.extremes, SIGMAS),
+        "the same surrogate, sampled 32 × 512 times": lambda: seconds(
+            sample_moments, wide_surrogate
+        ),
     }
+    # Compare with chaospy, if it is there.
     notes = [f"{runs.shape[0]} runs, {runs.sizes['time']} times, {runs.sizes['output']} outputs"]
     if find_spec("chaospy") is None:
         notes.append("chaospy is not installed: its row is omitted")
@@ -149,14 +156,14 @@ def main() -> None:
         notes.append("the size is too small for chaospy's row")
     else:
         cases["chaospy: regression, mean, standard deviation"] = chaospy_case(runs.values)
-    measured = alternate(cases, chosen.repeats)
-    middle = medians(measured)
+    measurements = alternate(cases, arguments.repeats)
+    middle = medians(measurements)
     report(
-        chosen.output,
+        arguments.output,
         "bounds",
         ["case", "ms", "relative to the simulations"],
         [[n, f"{1e3 * s:.1f}", f"{s / middle['simulations']:.2f}"] for n, s in middle.items()],
-        measured,
+        measurements,
         notes,
     )
 

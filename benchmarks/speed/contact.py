@@ -43,7 +43,9 @@ def worn_pin(clearances: np.ndarray, law: fb.contact.NormalLaw) -> fb.Mechanism:
     return replace(model, joints=joints, sensors={"impacts": model.sensors["impacts"]})
 
 
-def chosen(clearances, law, duration, tolerance, threads=1) -> tuple[np.ndarray, float, float]:
+def run_adaptive(
+    clearances, law, duration, tolerance, threads=1
+) -> tuple[np.ndarray, float, float]:
     """Return instants (samples, 3) [s], and CPU and wall seconds, with steps that are chosen."""
     model = worn_pin(clearances, law)
     cpu = time.process_time()
@@ -67,10 +69,16 @@ def work(clearances: np.ndarray, law: fb.contact.NormalLaw, tolerance: float) ->
     method = integrator.coefficients(STEP)._replace(matrices=NEWTON.factorizations)
     for block in range(len(clearances) // WIDTH):
         values = packed(block)
-        begun = begin(system, values)
+        initial_state = begin(system, values)
         rounds = len(packed.schedule.parts)
         result = march_block(
-            system, method, integrator.tolerance, values, rounds, limits=limits, block_start=begun
+            system,
+            method,
+            integrator.tolerance,
+            values,
+            rounds,
+            limits=limits,
+            block_start=initial_state,
         )
         counts.append(result[3].counts.mean(axis=1))
     return np.mean(counts, axis=0)
@@ -88,7 +96,7 @@ def elastic(t, x, v, p, force):
         force[1, 0], force[1, 1] = -force[0, 0], -force[0, 1]
 
 
-def fixed(clearances: np.ndarray, step: float) -> np.ndarray:
+def run_fixed(clearances: np.ndarray, step: float) -> np.ndarray:
     """Return instants (samples, 3) [s] with steps of this length [s]."""
     sensors = {"pin": fb.Position("rod.pin"), "slider": fb.Position("slider")}
     motion = fb.simulate(replace(by_hand(clearances), sensors=sensors), duration=FIRST, step=step)
@@ -125,39 +133,42 @@ def error(instants: np.ndarray, exact: np.ndarray) -> float:
 
 
 def main() -> None:
-    chosen_options = options(__doc__, 128, tolerance=(1e-6, "of the chosen steps"))
-    tolerance = chosen_options.tolerance
+    arguments = options(__doc__, 128, tolerance=(1e-6, "of the chosen steps"))
+    tolerance = arguments.tolerance
     cores = available_cores()
-    clearances = np.random.default_rng(0).uniform(1e-4, 5e-4, chosen_options.samples)
-    checked = clearances[: 4 * WIDTH]
+    clearances = np.random.default_rng(0).uniform(1e-4, 5e-4, arguments.samples)
+    subset = clearances[: 4 * WIDTH]
     law = EXAMPLE["PIN"]
     warnings.simplefilter("ignore", fb.errors.FlexbandWarning)
-    chosen(checked, law, FIRST, 1e-6)  # compile
-    fixed(checked, 1e-5)
+    run_adaptive(subset, law, FIRST, 1e-6)  # compile
+    run_fixed(subset, 1e-5)
 
-    instants, cpu, wall = chosen(clearances, law, TURNS, tolerance, cores)
-    exact = chosen(checked, law, FIRST, 1e-11)[0]
-    half = chosen(checked, law, TURNS, tolerance / 2)[0]
-    present = instants[: len(checked)]
-    error_of_all = error(present, exact)
-    change = error(half, present)
-    steps, iterations, matrices = work(checked, law, tolerance)
-    steps_of_elastic = work(checked, ELASTIC, tolerance)[0]
+    # Measure the chosen steps and their errors.
+    instants, cpu, wall = run_adaptive(clearances, law, TURNS, tolerance, cores)
+    exact = run_adaptive(subset, law, FIRST, 1e-11)[0]
+    half = run_adaptive(subset, law, TURNS, tolerance / 2)[0]
+    subset_instants = instants[: len(subset)]
+    error_of_all = error(subset_instants, exact)
+    change = error(half, subset_instants)
+    steps, iterations, matrices = work(subset, law, tolerance)
+    steps_of_elastic = work(subset, ELASTIC, tolerance)[0]
 
-    without = chosen(checked, ELASTIC, FIRST, 1e-11)[0]
-    of_elastic, cpu_elastic, _ = chosen(checked, ELASTIC, TURNS, tolerance)
-    limit = error(of_elastic, without)
+    elastic_instants = run_adaptive(subset, ELASTIC, FIRST, 1e-11)[0]
+    of_elastic, cpu_elastic, _ = run_adaptive(subset, ELASTIC, TURNS, tolerance)
+    limit = error(of_elastic, elastic_instants)
+    # Find the fixed step that is as accurate.
     step = STEP
     fixed_error = np.inf
     for parts in (150, 200, 240, 300, 400, 480, 600, 800, 1200, 2400, 4800):
         if fixed_error > limit:
             step = STEP / parts
-            fixed_error = error(fixed(checked, step), without)
-    cpu_fixed = cost_of_fixed(checked, step)
+            fixed_error = error(run_fixed(subset, step), elastic_instants)
+    cpu_fixed = cost_of_fixed(subset, step)
 
+    # Report costs per sample.
     per_sample = 1e3 * cpu / len(clearances)
-    elastic_cost = 1e3 * cpu_elastic / len(checked)
-    fixed_cost = 1e3 * cpu_fixed / len(checked)
+    elastic_cost = 1e3 * cpu_elastic / len(subset)
+    fixed_cost = 1e3 * cpu_fixed / len(subset)
     count = round(TURNS / step)
     rows = [
         ["chosen steps, e = 0.9", per_sample, steps, error_of_all],
@@ -165,14 +176,14 @@ def main() -> None:
         [f"fixed steps of {step:.3g} s, e = 1", fixed_cost, count, fixed_error],
     ]
     report(
-        chosen_options.output,
+        arguments.output,
         "contact",
         ["case", "CPU ms per sample", "steps per sample", "error of the first three impacts"],
         [[name, f"{ms:.1f}", f"{n:.0f}", f"{100 * e:.4f} %"] for name, ms, n, e in rows],
         {"cpu": cpu, "wall": wall, "rows": rows, "change at half the tolerance": change},
         [
             f"{len(clearances)} samples, tolerance {tolerance:g}: {cpu:.1f} s of CPU, {wall:.1f} s "
-            f"on {cores} cores; {len(checked)} of them checked",
+            f"on {cores} cores; {len(subset)} of them checked",
             f"half of the tolerance changes their first three impacts by {100 * change:.4f} %",
             f"for a block of {WIDTH} samples {iterations:.0f} Newton iterations and {matrices:.0f} "
             f"factorizations, {iterations / steps:.2f} and {matrices / steps:.2f} per step of a "
@@ -181,14 +192,15 @@ def main() -> None:
             f"{1e3 * fixed_cost / count:.2f} µs per step",
         ],
     )
+    # Compare with Exudyn, if it is there.
     if peer.AVAILABLE:
-        compared = peer_contact.compare(1024, chosen_options.repeats, 1e-5)
+        comparison = peer_contact.compare(1024, arguments.repeats, 1e-5)
         report(
-            chosen_options.output,
+            arguments.output,
             "contact_exudyn",
             ["a mass, a spring and a stop", "CPU ms per sample", "error / interval of impacts"],
-            [[name, f"{ms:.3f}", f"{100 * e:.4f} %"] for name, ms, e in compared],
-            {"rows": compared},
+            [[name, f"{ms:.3f}", f"{100 * e:.4f} %"] for name, ms, e in comparison],
+            {"rows": comparison},
         )
 
 

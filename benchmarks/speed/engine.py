@@ -68,33 +68,35 @@ def peer_time(pool, rows: np.ndarray, processes: int, setting: str) -> float:
 def agreement() -> list[str]:
     """Return the differences of the two programs in positions and reactions for ρ∞ = 0.5."""
     row = parameters(1)[0]
-    ours = fb.simulate(
+    motion = fb.simulate(
         slider_crank(*row),
         duration=DURATION,
         step=STEP,
         integrator=fb.GeneralizedAlpha(spectral_radius=0.5),
     )
-    theirs = peer.motion(row, DURATION, STEP, 0.5)
-    theirs["F"] = -theirs["F"]  # on the crank instead of on the ground
+    exudyn_motion = peer.motion(row, DURATION, STEP, 0.5)
+    exudyn_motion["F"] = -exudyn_motion["F"]  # on the crank instead of on the ground
     notes = []
     for name in ("crank", "slider"):
-        found = ours.sel(output=[f"{name}_X", f"{name}_Y"]).values.T
-        off = np.abs(found - theirs[name]).max()
-        notes.append(f"largest difference in the {name}'s position: {off:.1e} m (allowed 1e-4)")
+        values = motion.sel(output=[f"{name}_X", f"{name}_Y"]).values.T
+        difference = np.abs(values - exudyn_motion[name]).max()
+        notes.append(
+            f"largest difference in the {name}'s position: {difference:.1e} m (allowed 1e-4)"
+        )
     for k, axis in enumerate("XY"):
-        found = ours.sel(output=f"F_{axis}").values
-        exact = theirs["F"][:, k]
-        off = 100 * np.abs(found - exact).sum() / np.abs(exact).sum()
-        notes.append(f"∫|Δ|dt / ∫|F|dt of F_{axis} at A: {off:.3f} % (allowed 0.2 %)")
+        values = motion.sel(output=f"F_{axis}").values
+        exact = exudyn_motion["F"][:, k]
+        difference = 100 * np.abs(values - exact).sum() / np.abs(exact).sum()
+        notes.append(f"∫|Δ|dt / ∫|F|dt of F_{axis} at A: {difference:.3f} % (allowed 0.2 %)")
     return notes
 
 
 def main() -> None:
-    chosen = options(__doc__, 2048)
+    arguments = options(__doc__, 2048)
     cores = available_cores()
-    rows = parameters(chosen.samples)
+    rows = parameters(arguments.samples)
     model = slider_crank(*rows.T)
-    few = rows[: max(cores, chosen.samples // 32)]
+    exudyn_rows = rows[: max(cores, arguments.samples // 32)]
     own_time(slider_crank(*rows[0]), 1, 1)  # compile
     cases = {
         f"flexband, {cores} threads": partial(own_time, model, len(rows), cores),
@@ -102,26 +104,29 @@ def main() -> None:
     }
     notes = [f"{len(rows)} samples of {round(DURATION / STEP)} steps; medians of alternating runs"]
     if not peer.AVAILABLE:
-        measured = alternate(cases, chosen.repeats)
+        measurements = alternate(cases, arguments.repeats)
         notes.append("Exudyn is not installed: its rows are omitted")
     else:
         with multiprocessing.get_context("spawn").Pool(cores) as pool:
             for setting in peer.SETTINGS:
                 name = f"Exudyn, {setting}, {cores} processes"
-                cases[name] = partial(peer_time, pool, few, cores, setting)
-            peer_time(pool, few, cores, next(iter(peer.SETTINGS)))  # import and warm up
-            measured = alternate(cases, chosen.repeats)
-        notes += [f"Exudyn: {len(few)} of the samples, time of its solver only", *agreement()]
-    middle = medians(measured)
+                cases[name] = partial(peer_time, pool, exudyn_rows, cores, setting)
+            peer_time(pool, exudyn_rows, cores, next(iter(peer.SETTINGS)))  # import and warm up
+            measurements = alternate(cases, arguments.repeats)
+        notes += [
+            f"Exudyn: {len(exudyn_rows)} of the samples, time of its solver only",
+            *agreement(),
+        ]
+    middle = medians(measurements)
     peers = {k: v for k, v in middle.items() if k.startswith("Exudyn")}
     baseline = min(peers.values()) if peers else middle["flexband, 1 thread"]
     what = "the fastest Exudyn" if peers else "one thread"
     report(
-        chosen.output,
+        arguments.output,
         "engine",
         ["case", "ms per sample", f"throughput relative to {what}"],
         [[name, f"{ms:.3f}", f"{baseline / ms:.2f}"] for name, ms in middle.items()],
-        measured,
+        measurements,
         notes,
     )
 

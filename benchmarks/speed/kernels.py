@@ -73,7 +73,7 @@ def kernel_cases(count: int, *arguments) -> dict[str, Callable[[], float]]:
 
 
 def main() -> None:
-    chosen = options(__doc__, 10_000)
+    arguments = options(__doc__, 10_000)
     mechanism = runpy.run_path(str(ROOT / "examples" / "paper" / "slider_crank.py"))["slider_crank"]
     system = assemble(mechanism(np.linspace(0.194, 0.206, WIDTH), 1000.0, 69e9, 0.34))
     times = np.arange(round(DURATION / STEP) + 1) * STEP
@@ -93,22 +93,22 @@ def main() -> None:
 
     step_time()  # compile
     cases = {"complete step": step_time}
-    cases |= kernel_cases(chosen.samples, structure, values, work)
-    measured = alternate(cases, chosen.repeats)
-    middle = medians(measured)
+    cases |= kernel_cases(arguments.samples, structure, values, work)
+    measurements = alternate(cases, arguments.repeats)
+    middle = medians(measurements)
     pattern = structure.pattern
     state = structure.state
     report(
-        chosen.output,
+        arguments.output,
         "kernels",
         ["case", f"µs per block of {WIDTH}", "part of a step"],
         [[n, f"{us:.2f}", f"{us / middle['complete step']:.2f}"] for n, us in middle.items()],
-        measured,
+        measurements,
         [
             f"{state.coordinates} coordinates, {state.angle - state.multiplier} multipliers, "
             f"{len(pattern.below.tile)} tiles below the diagonal, "
             f"{len(pattern.product_v) + len(pattern.below.tile)} products in a factorization",
-            f"{chosen.samples} consecutive calls; a step computes a residual and a solution in "
+            f"{arguments.samples} consecutive calls; a step computes a residual and a solution in "
             "every iteration, and a tangent and a factorization once",
         ],
     )

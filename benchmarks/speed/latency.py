@@ -39,7 +39,7 @@ def first_seconds(line: int, cache: str | None = None) -> float:
 
 
 def main() -> None:
-    chosen = options(__doc__, 1)
+    arguments = options(__doc__, 1)
     row = parameters(1)
     model = slider_crank(*row[0])
     own_time(model, 1, 1)  # compile
@@ -52,15 +52,15 @@ def main() -> None:
     if peer.AVAILABLE:
         for setting in peer.SETTINGS:
             cases[f"one run of Exudyn, {setting} [ms]"] = partial(peer_milliseconds, row, setting)
-    measured = alternate(cases, chosen.repeats)
+    measurements = alternate(cases, arguments.repeats)
     with tempfile.TemporaryDirectory() as empty:
-        measured["first simulation, empty cache, once [s]"] = [first_seconds(1, empty)]
+        measurements["first simulation, empty cache, once [s]"] = [first_seconds(1, empty)]
     report(
-        chosen.output,
+        arguments.output,
         "latency",
         ["case", "median"],
-        [[name, f"{value:.3g}"] for name, value in medians(measured).items()],
-        measured,
+        [[name, f"{value:.3g}"] for name, value in medians(measurements).items()],
+        measurements,
         ["the time of flexband includes assembly and packing, that of Exudyn only its solver"],
     )
 

@@ -82,28 +82,28 @@ def microseconds(name: str, samples: int, law: bool) -> float:
 
 
 def main() -> None:
-    chosen = options(__doc__, 64)
+    arguments = options(__doc__, 64)
     cases = {
         f"{name}, {samples} samples, {'with' if law else 'without'}": partial(
             microseconds, name, samples, law
         )
         for name in CASES
-        for samples in (1, chosen.samples)
+        for samples in (1, arguments.samples)
         for law in (True, False)
     }
     for case in cases.values():
         case()  # compile
-    measured = alternate(cases, chosen.repeats)
-    middle = medians(measured)
+    measurements = alternate(cases, arguments.repeats)
+    middle = medians(measurements)
     rows = []
     for name in CASES:
-        for samples in (1, chosen.samples):
+        for samples in (1, arguments.samples):
             case = f"{name}, {samples} samples"
             cost = middle[f"{case}, with"]
             bare = middle[f"{case}, without"]
             rows.append([case, f"{cost:.3g}", f"{bare:.3g}", f"{cost / bare:.2f}"])
     header = ["case", "with the law [µs]", "without [µs]", "ratio"]
-    report(chosen.output, "law_states", header, rows, measured)
+    report(arguments.output, "law_states", header, rows, measurements)
 
 
 if __name__ == "__main__":

@@ -41,11 +41,13 @@ def exact(stiffness: np.ndarray) -> np.ndarray:
 
 def error(instants: np.ndarray, stiffness: np.ndarray) -> float:
     """Return the largest error of an instant, relative to the interval between impacts."""
-    known = exact(stiffness)
-    return float((np.abs(instants - known) / (known[:, 1:2] - known[:, :1])).max())
+    exact_instants = exact(stiffness)
+    return float(
+        (np.abs(instants - exact_instants) / (exact_instants[:, 1:2] - exact_instants[:, :1])).max()
+    )
 
 
-def ours(stiffness: np.ndarray, tolerance: float) -> tuple[np.ndarray, float]:
+def flexband_instants(stiffness: np.ndarray, tolerance: float) -> tuple[np.ndarray, float]:
     """Return instants (samples, 3) [s], and CPU seconds per sample without assembly."""
     law = fb.contact.KeepsRestitution(stiffness=stiffness, exponent=1.0)
     model = fb.Mechanism(
@@ -63,7 +65,7 @@ def ours(stiffness: np.ndarray, tolerance: float) -> tuple[np.ndarray, float]:
     method = integrator.coefficients(DURATION)
     rounds = len(packed.schedule.parts)
     rows = []
-    begun = time.process_time()
+    start_time = time.process_time()
     for block in range(-(-len(stiffness) // WIDTH)):
         values = packed(block)
         series, failure, *_ = march_block(
@@ -72,55 +74,59 @@ def ours(stiffness: np.ndarray, tolerance: float) -> tuple[np.ndarray, float]:
         if failure[0].any():
             raise RuntimeError("a run failed")
         rows.append(series[-1, 1:4].T)
-    cpu = time.process_time() - begun
+    cpu = time.process_time() - start_time
     return np.concatenate(rows)[: len(stiffness)], cpu / len(stiffness)
 
 
-def _theirs(stiffness: float, setting: tuple[str, float, float], *, stored: bool):
-    """Return CPU seconds of a run of Exudyn and, if `stored`, its steps: time, place, speed."""
+def _run_exudyn(stiffness: float, setting: tuple[str, float, float], *, store_steps: bool):
+    """Return CPU seconds of a run of Exudyn and, if `store_steps`, their times, places, speeds."""
     exu = peer._exudyn()
-    from exudyn import itemInterface as item  # noqa: N813, PLC0415
+    from exudyn import itemInterface as interface  # noqa: N813, PLC0415
 
     container = exu.SystemContainer()
     mbs = container.AddSystem()
-    ground = mbs.AddNode(item.NodePointGround())
-    node = mbs.AddNode(item.Node1D(referenceCoordinates=[0.0], initialCoordinates=[AMPLITUDE]))
-    mbs.AddObject(item.Mass1D(nodeNumber=node, mass=MASS))
+    ground = mbs.AddNode(interface.NodePointGround())
+    node = mbs.AddNode(interface.Node1D(referenceCoordinates=[0.0], initialCoordinates=[AMPLITUDE]))
+    mbs.AddObject(interface.Mass1D(nodeNumber=node, mass=MASS))
     ends = [
-        mbs.AddMarker(item.MarkerNodeCoordinate(nodeNumber=number, coordinate=0))
+        mbs.AddMarker(interface.MarkerNodeCoordinate(nodeNumber=number, coordinate=0))
         for number in (ground, node)
     ]
     state = mbs.AddNode(
-        item.NodeGenericData(initialCoordinates=[AMPLITUDE], numberOfDataCoordinates=1)
+        interface.NodeGenericData(initialCoordinates=[AMPLITUDE], numberOfDataCoordinates=1)
     )
-    mbs.AddObject(item.CoordinateSpringDamper(markerNumbers=ends, stiffness=SPRING))
+    mbs.AddObject(interface.CoordinateSpringDamper(markerNumbers=ends, stiffness=SPRING))
     mbs.AddObject(
-        item.ObjectContactCoordinate(
+        interface.ObjectContactCoordinate(
             markerNumbers=ends, nodeNumber=state, contactStiffness=stiffness
         )
     )
     kind = exu.OutputVariableType
     sensors = [
-        mbs.AddSensor(item.SensorNode(nodeNumber=node, outputVariableType=of, storeInternal=True))
+        mbs.AddSensor(
+            interface.SensorNode(nodeNumber=node, outputVariableType=of, storeInternal=True)
+        )
         for of in (kind.Coordinates, kind.Coordinates_t)
-        if stored
+        if store_steps
     ]
     mbs.Assemble()
     solver, step, tolerance = setting
-    chosen = peer.settings(DURATION, step, 1.0, modified=True, dense=True)
-    chosen.timeIntegration.relativeTolerance = tolerance
-    chosen.timeIntegration.absoluteTolerance = tolerance
-    chosen.solutionSettings.sensorsWritePeriod = 0.0  # every step
-    begun = time.process_time()
-    mbs.SolveDynamic(chosen, solverType=getattr(exu.DynamicSolverType, solver), showHints=False)
-    cpu = time.process_time() - begun
+    simulation_settings = peer.settings(DURATION, step, 1.0, modified=True, dense=True)
+    simulation_settings.timeIntegration.relativeTolerance = tolerance
+    simulation_settings.timeIntegration.absoluteTolerance = tolerance
+    simulation_settings.solutionSettings.sensorsWritePeriod = 0.0  # every step
+    start_time = time.process_time()
+    mbs.SolveDynamic(
+        simulation_settings, solverType=getattr(exu.DynamicSolverType, solver), showHints=False
+    )
+    cpu = time.process_time() - start_time
     series = [mbs.GetSensorStoredData(number) for number in sensors]
-    return cpu, (series[0][:, 0], series[0][:, 1], series[1][:, 1]) if stored else ()
+    return cpu, (series[0][:, 0], series[0][:, 1], series[1][:, 1]) if store_steps else ()
 
 
 def _instants(times: np.ndarray, place: np.ndarray, speed: np.ndarray) -> list[float]:
     """Return the first three instants [s], by cubic interpolation of the steps."""
-    found = []
+    instants = []
     for k in np.flatnonzero((place[:-1] > 0) & (place[1:] <= 0))[:3]:
         h, (a, b), (c, d) = times[k + 1] - times[k], place[k : k + 2], speed[k : k + 2]
         c = c * h
@@ -128,36 +134,38 @@ def _instants(times: np.ndarray, place: np.ndarray, speed: np.ndarray) -> list[f
         roots = np.roots([2 * a - 2 * b + c + d, 3 * b - 3 * a - 2 * c - d, c, a])
         real = roots.real[np.abs(roots.imag) < 1e-9]
         inside = real[(real > -1e-9) & (real < 1 + 1e-9)]
-        found.append(times[k] + h * inside.min(initial=1.0))
-    return found + [np.nan] * (3 - len(found))
+        instants.append(times[k] + h * inside.min(initial=1.0))
+    return instants + [np.nan] * (3 - len(instants))
 
 
-def theirs(stiffness: np.ndarray, setting: tuple[str, float, float]) -> np.ndarray:
+def exudyn_instants(stiffness: np.ndarray, setting: tuple[str, float, float]) -> np.ndarray:
     """Return the instants (samples, 3) [s] of Exudyn."""
-    return np.array([_instants(*_theirs(K, setting, stored=True)[1]) for K in stiffness])
+    return np.array([_instants(*_run_exudyn(K, setting, store_steps=True)[1]) for K in stiffness])
 
 
 def seconds(stiffness: np.ndarray, setting: tuple[str, float, float]) -> float:
     """Return CPU seconds per sample of Exudyn's solver."""
-    return float(np.mean([_theirs(K, setting, stored=False)[0] for K in stiffness]))
+    return float(np.mean([_run_exudyn(K, setting, store_steps=False)[0] for K in stiffness]))
 
 
 def compare(samples: int, repeats: int, tolerance: float) -> list[list]:
     """Return rows of case, CPU ms per sample and error; medians of alternating runs."""
     stiffness = np.random.default_rng(0).uniform(0.5e6, 2e6, samples)
-    checked = stiffness[:CHECKED]
+    subset = stiffness[:CHECKED]
     cases = {}
     errors = {}
     for batch in (stiffness, stiffness[:1]):
         name = f"flexband, samples in a batch: {len(batch)}"
-        cases[name] = lambda batch=batch: ours(batch, tolerance)[1]
-        errors[name] = error(ours(batch, tolerance)[0], batch)
-    limit = error(ours(checked, tolerance)[0], checked)
+        cases[name] = lambda batch=batch: flexband_instants(batch, tolerance)[1]
+        errors[name] = error(flexband_instants(batch, tolerance)[0], batch)
+    limit = error(flexband_instants(subset, tolerance)[0], subset)
     for settings in (IMPLICIT, EXPLICIT):
-        accurate = {s: e for s in settings if (e := error(theirs(checked, s), checked)) <= limit}
-        best = min(accurate, key=lambda setting: seconds(checked, setting))
+        accurate = {
+            s: e for s in settings if (e := error(exudyn_instants(subset, s), subset)) <= limit
+        }
+        best = min(accurate, key=lambda setting: seconds(subset, setting))
         name = "Exudyn, {} with steps of at most {:.3g} s, tolerance {:g}".format(*best)
-        cases[name] = lambda best=best: seconds(checked, best)
+        cases[name] = lambda best=best: seconds(subset, best)
         errors[name] = accurate[best]
     middle = medians(alternate(cases, repeats))
     return [[name, 1e3 * cpu, errors[name]] for name, cpu in middle.items()]

@@ -72,24 +72,27 @@ class _Model:
 
     def __init__(self, modulus: float):
         exu = peer._exudyn()
-        from exudyn import itemInterface as item  # noqa: N813, PLC0415
+        from exudyn import itemInterface as interface  # noqa: N813, PLC0415
 
-        self.item = item
+        self.interface = interface
         self.modulus = modulus
         self.container = exu.SystemContainer()
         self.mbs = self.container.AddSystem()
-        self.ground = self.mbs.AddObject(item.ObjectGround())
+        self.ground = self.mbs.AddObject(interface.ObjectGround())
 
     def rod(self, start, angle: float, elements: int) -> tuple[int, int]:
         """Add cables and return the markers of both ends."""
-        item = self.item
+        interface = self.interface
         mbs = self.mbs
-        one = LENGTH / elements
+        element_length = LENGTH / elements
         direction = np.array([np.cos(angle), np.sin(angle)])
         nodes = [
             mbs.AddNode(
-                item.NodePoint2DSlope1(
-                    referenceCoordinates=[*(np.asarray(start) + k * one * direction), *direction]
+                interface.NodePoint2DSlope1(
+                    referenceCoordinates=[
+                        *(np.asarray(start) + k * element_length * direction),
+                        *direction,
+                    ]
                 )
             )
             for k in range(elements + 1)
@@ -97,42 +100,42 @@ class _Model:
         area = HEIGHT * WIDTH
         for pair in pairwise(nodes):
             cable = mbs.AddObject(
-                item.Cable2D(
-                    physicsLength=one,
+                interface.Cable2D(
+                    physicsLength=element_length,
                     physicsMassPerLength=DENSITY * area,
                     physicsBendingStiffness=self.modulus * area * HEIGHT**2 / 12,
                     physicsAxialStiffness=self.modulus * area,
                     nodeNumbers=list(pair),
                 )
             )
-            self._weigh(item.MarkerBodyMass(bodyNumber=cable))
+            self._weigh(interface.MarkerBodyMass(bodyNumber=cable))
         ends = (nodes[0], nodes[-1])
-        start, end = (mbs.AddMarker(item.MarkerNodePosition(nodeNumber=n)) for n in ends)
+        start, end = (mbs.AddMarker(interface.MarkerNodePosition(nodeNumber=n)) for n in ends)
         self.tip = nodes[-1]
         return start, end
 
     def bar(self, start, length: float) -> tuple[int, int]:
         """Add a horizontal rigid bar and return the markers of both ends."""
-        item = self.item
+        interface = self.interface
         mbs = self.mbs
         mass = DENSITY * HEIGHT * WIDTH * length
         node = mbs.AddNode(
-            item.NodeRigidBody2D(referenceCoordinates=[start[0] + length / 2, start[1], 0])
+            interface.NodeRigidBody2D(referenceCoordinates=[start[0] + length / 2, start[1], 0])
         )
         inertia = mass * (length**2 + HEIGHT**2) / 12
         body = mbs.AddObject(
-            item.ObjectRigidBody2D(physicsMass=mass, physicsInertia=inertia, nodeNumber=node)
+            interface.ObjectRigidBody2D(physicsMass=mass, physicsInertia=inertia, nodeNumber=node)
         )
-        self._weigh(item.MarkerBodyMass(bodyNumber=body))
-        left, right = (
-            mbs.AddMarker(item.MarkerBodyPosition(bodyNumber=body, localPosition=[x, 0, 0]))
+        self._weigh(interface.MarkerBodyMass(bodyNumber=body))
+        first_end, second_end = (
+            mbs.AddMarker(interface.MarkerBodyPosition(bodyNumber=body, localPosition=[x, 0, 0]))
             for x in (-length / 2, length / 2)
         )
-        return left, right
+        return first_end, second_end
 
     def _weigh(self, marker) -> None:
         self.mbs.AddLoad(
-            self.item.LoadMassProportional(
+            self.interface.LoadMassProportional(
                 markerNumber=self.mbs.AddMarker(marker), loadVector=[0, -9.81, 0]
             )
         )
@@ -141,9 +144,9 @@ class _Model:
         """Join two markers, or one marker and a point of the ground."""
         if second is None:
             second = self.mbs.AddMarker(
-                self.item.MarkerBodyPosition(bodyNumber=self.ground, localPosition=[*place, 0])
+                self.interface.MarkerBodyPosition(bodyNumber=self.ground, localPosition=[*place, 0])
             )
-        self.mbs.AddObject(self.item.ObjectJointRevolute2D(markerNumbers=[second, first]))
+        self.mbs.AddObject(self.interface.ObjectJointRevolute2D(markerNumbers=[second, first]))
 
 
 def _peer_pendulum(elements: int, modulus: float) -> _Model:
@@ -164,9 +167,9 @@ def _peer_parallelograms(loops: int, modulus: float) -> _Model:
         ends.append(end)
         tips.append(model.tip)
     for k in range(loops):
-        left, right = model.bar((k + LENGTH * np.cos(down), LENGTH * np.sin(down)), 1.0)
-        model.pin(left, ends[k])
-        model.pin(right, ends[k + 1])
+        first_end, second_end = model.bar((k + LENGTH * np.cos(down), LENGTH * np.sin(down)), 1.0)
+        model.pin(first_end, ends[k])
+        model.pin(second_end, ends[k + 1])
     model.tip = tips[0]
     return model
 
@@ -181,9 +184,9 @@ def peer_run(kind: str, size: int, repeats: int, steps: int, step: float, settin
     for _ in range(repeats):
         model = PEERS[kind](size, MODULUS)
         model.mbs.Assemble()
-        chosen = peer.settings(steps * step, step, 0.7, *peer.SETTINGS[setting])
+        simulation_settings = peer.settings(steps * step, step, 0.7, *peer.SETTINGS[setting])
         begin = time.perf_counter()
-        model.mbs.SolveDynamic(chosen)
+        model.mbs.SolveDynamic(simulation_settings)
         total += time.perf_counter() - begin
     position = peer._exudyn().OutputVariableType.Position
     tip = model.mbs.GetNodeOutput(model.tip, position)[:2]

@@ -78,7 +78,7 @@ def multiply_adds(count, array):
     store(array, 2, a + b + c + d + e + f + g + h + i + j + k + m)
 
 
-class Counted(float):
+class CountingNumber(float):
     """A number that counts the operations on it."""
 
     count = 0
@@ -88,67 +88,67 @@ class Counted(float):
         plain = getattr(float, name)
 
         def operation(*numbers):
-            Counted.count += 1
-            return Counted(plain(*numbers))
+            CountingNumber.count += 1
+            return CountingNumber(plain(*numbers))
 
         return operation
 
 
 for _name in ("add", "radd", "sub", "rsub", "mul", "rmul", "truediv", "rtruediv", "neg"):
-    setattr(Counted, f"__{_name}__", Counted._counting(f"__{_name}__"))
+    setattr(CountingNumber, f"__{_name}__", CountingNumber._counting(f"__{_name}__"))
 
 
 @contextmanager
 def counting():
     """Run the engine as plain Python on counting numbers, for one sample in lane 0."""
     plain = {
-        "load": lambda array, row: Counted(array[row, 0]),
+        "load": lambda array, row: CountingNumber(array[row, 0]),
         "load_rows": lambda array, row, count: tuple(
-            Counted(number) for number in array[row : row + count, 0]
+            CountingNumber(number) for number in array[row : row + count, 0]
         ),
         "store": lambda array, row, value: array.__setitem__((row, 0), value),
         "store_rows": lambda array, row, values: array.__setitem__(
             (slice(row, row + len(values)), 0), values
         ),
-        "load_each": lambda arrays, row: tuple(Counted(array[row, 0]) for array in arrays),
+        "load_each": lambda arrays, row: tuple(CountingNumber(array[row, 0]) for array in arrays),
         "store_each": lambda arrays, row, values: [
             array.__setitem__((row, 0), value) for array, value in zip(arrays, values, strict=True)
         ],
         "plus": lambda a, factor, b: tuple(x + factor * y for x, y in zip(a, b, strict=True)),
         "times": lambda factor, a: tuple(factor * x for x in a),
         "add_to": lambda array, row, value: array.__setitem__(
-            (row, 0), Counted(array[row, 0]) + value
+            (row, 0), CountingNumber(array[row, 0]) + value
         ),
-        "filled": Counted,
-        "less": lambda a, b: Counted(float.__lt__(a, b)),
+        "filled": CountingNumber,
+        "less": lambda a, b: CountingNumber(float.__lt__(a, b)),
         "where": lambda mask, a, b: a if mask else b,
-        "magnitude": lambda a: Counted(abs(float(a))),
-        "maximum": lambda a, b: Counted(max(float(a), float(b))),
+        "magnitude": lambda a: CountingNumber(abs(float(a))),
+        "maximum": lambda a, b: CountingNumber(max(float(a), float(b))),
     }
-    kept: list[tuple[ModuleType, str, object]] = []
+    originals: list[tuple[ModuleType, str, object]] = []
     for module in MODULES:
         for name, value in list(vars(module).items()):
             new = plain.get(name, getattr(value, "py_func", None))
             if new is not None and callable(value):
-                kept.append((module, name, value))
+                originals.append((module, name, value))
                 setattr(module, name, new)
     try:
         yield
     finally:
-        for module, name, value in kept:
+        for module, name, value in originals:
             setattr(module, name, value)
 
 
 def operations(action) -> int:
     """Return the number of operations of an action of the engine for one sample."""
     with counting():
-        Counted.count = 0
+        CountingNumber.count = 0
         action()
-    return Counted.count
+    return CountingNumber.count
 
 
 def main() -> None:
-    chosen = options(__doc__, 10_000)
+    arguments = options(__doc__, 10_000)
     mechanism = runpy.run_path(str(ROOT / "examples" / "paper" / "slider_crank.py"))["slider_crank"]
     system = assemble(mechanism(np.linspace(0.194, 0.206, WIDTH), 1000.0, 69e9, 0.34))
     structure, values = system.structure, pack(system, np.array([0.0, 1e-3]))(0)
@@ -158,31 +158,34 @@ def main() -> None:
     z = work.z
     matrix = work.matrix
     pattern = structure.pattern
+    # Count operations of each part.
     count = {
         "residual": operations(
             lambda: equations.residual(structure, values, 0, z, work.r, work.blocks)
         ),
         "tangent": operations(
             lambda: equations.tangent(
-                structure, values, 0, z, Counted(1e-7), 0.0, matrix, work.blocks
+                structure, values, 0, z, CountingNumber(1e-7), 0.0, matrix, work.blocks
             )
         ),
         "factorization": operations(
-            lambda: factorization.factorize(pattern, matrix, Counted(1e-12), work.r)
+            lambda: factorization.factorize(pattern, matrix, CountingNumber(1e-12), work.r)
         ),
         "solution": operations(
             lambda: factorization.solve(pattern, pattern.below, matrix, (work.r,))
         ),
     }
     start(structure, values, work, np.zeros((4, WIDTH)), False, 1.0)
+    # Measure their times.
     array = zeros(3) + 0.5
-    repeats = np.int64(chosen.samples)
+    repeats = np.int64(arguments.samples)
     cases = {"multiply-adds": lambda: kernel_time(multiply_adds, repeats, array)}
-    cases |= kernel_cases(chosen.samples, structure, values, work)
+    cases |= kernel_cases(arguments.samples, structure, values, work)
     cases["multiply-adds"]()
-    measured = alternate(cases, chosen.repeats)
-    us = medians(measured)
+    measurements = alternate(cases, arguments.repeats)
+    us = medians(measurements)
     us["factorization"] = us["tangent and factorization"] - us["tangent"]
+    # Report rates relative to the peak.
     peak = 2 * CHAINS * WIDTH / us["multiply-adds"] / 1e3
     rows = [["multiply-adds, twelve chains", str(2 * CHAINS), "", f"{peak:.1f}", "1.00"]]
     parts = [(name, count[name], us[name]) for name in count]
@@ -194,11 +197,11 @@ def main() -> None:
         rate = flops * WIDTH / time_ / 1e3
         rows.append([name, str(flops), f"{time_:.2f}", f"{rate:.1f}", f"{rate / peak:.2f}"])
     report(
-        chosen.output,
+        arguments.output,
         "roofline",
         ["case", "operations per sample", f"µs per block of {WIDTH}", "Gflop/s", "part of peak"],
         rows,
-        measured | {"operations": count},
+        measurements | {"operations": count},
         [f"one core; the work space of a block is {sum(a.nbytes for a in work) / 1024:.0f} KiB"],
     )
 

@@ -39,7 +39,7 @@ def repeats(size: int) -> int:
     return max(1, 64 // size)
 
 
-class Own:
+class FlexbandBatch:
     """An assembled batch; calling it returns microseconds per step and sample."""
 
     def __init__(self, kind: str, size: int, samples: int, threads: int):
@@ -70,12 +70,12 @@ def peer_runs(kind: str, size: int, processes: int, setting: str) -> list[dict]:
     steps = STEPS if size < 256 else FEW
     job = json.dumps([kind, size, repeats(size), steps, STEP, setting])
     command = [sys.executable, "-m", "benchmarks.speed.peer_models", job]
-    running = [
+    children = [
         subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         for _ in range(processes)
     ]
-    printed = [process.communicate(timeout=PATIENCE)[0] for process in running]
-    return [json.loads(text.splitlines()[-1]) | {"steps": steps} for text in printed]
+    outputs = [process.communicate(timeout=PATIENCE)[0] for process in children]
+    return [json.loads(text.splitlines()[-1]) | {"steps": steps} for text in outputs]
 
 
 def peer_time(kind: str, size: int, processes: int) -> float:
@@ -86,42 +86,46 @@ def peer_time(kind: str, size: int, processes: int) -> float:
     microseconds = []
     for setting in settings:
         runs = peer_runs(kind, size, processes, setting)
-        each = [run["seconds"] / run["steps"] for run in runs]
-        microseconds.append(1e6 * sum(each) / processes**2)
+        step_times = [run["seconds"] / run["steps"] for run in runs]
+        microseconds.append(1e6 * sum(step_times) / processes**2)
     return min(microseconds)
 
 
 def main() -> None:
-    chosen = options(__doc__, 64)
+    arguments = options(__doc__, 64)
     cores = available_cores()
     rows = []
-    every = {}
+    all_measurements = {}
     notes = []
     for kind, sizes in SIZES.items():
-        for size in sizes if chosen.samples >= WIDTH * cores else sizes[:2]:
-            own = Own(kind, size, 1, 1)
-            own()  # compile
-            cases = {"single": own, "batched": Own(kind, size, chosen.samples, cores)}
+        for size in sizes if arguments.samples >= WIDTH * cores else sizes[:2]:
+            single_batch = FlexbandBatch(kind, size, 1, 1)
+            single_batch()  # compile
+            cases = {
+                "single": single_batch,
+                "batched": FlexbandBatch(kind, size, arguments.samples, cores),
+            }
             if peer.AVAILABLE:
                 cases["Exudyn single"] = partial(peer_time, kind, size, 1)
                 cases["Exudyn batched"] = partial(peer_time, kind, size, cores)
-            measured = alternate(cases, chosen.repeats)
-            every |= {f"{kind} {size}, {name}": v for name, v in measured.items()}
-            rows.append([f"{kind}, {size}", *_columns(medians(measured), size)])
+            measurements = alternate(cases, arguments.repeats)
+            all_measurements |= {f"{kind} {size}, {name}": v for name, v in measurements.items()}
+            rows.append([f"{kind}, {size}", *_columns(medians(measurements), size)])
             if peer.AVAILABLE:
                 run = peer_runs(kind, size, 1, "modified Newton, sparse")[0]
-                apart = np.abs(own.tips[run["steps"]] - run["tip"]).max()
+                tip_distance = np.abs(single_batch.tips[run["steps"]] - run["tip"]).max()
                 notes.append(
-                    f"{kind}, {size}: tips differ by {apart:.0e} m after {run['steps']} steps"
+                    f"{kind}, {size}: tips differ by {tip_distance:.0e} m "
+                    f"after {run['steps']} steps"
                 )
-    batch = f"batch of {chosen.samples} on {cores} cores"
+    batch = f"batch of {arguments.samples} on {cores} cores"
     report(
-        chosen.output,
+        arguments.output,
         "scaling",
         ["case", "single: µs per step", "per element or loop", "Exudyn single",
          f"{batch}: µs per step and sample", "per element or loop", "Exudyn batched"],
         rows,
-        every,
+        all_measurements,
         notes,
     )  # fmt: skip
 
@@ -130,10 +134,14 @@ def _columns(middle: dict[str, float], size: int) -> list[str]:
     """Return flexband's time, its time per element or loop, and Exudyn's time with the ratio."""
     columns = []
     for name in ("single", "batched"):
-        own = middle[name]
-        theirs = middle.get(f"Exudyn {name}")
-        ratio = "-" if theirs is None else f"{theirs:.3g} ({theirs / own:.1f} ×)"
-        columns += [f"{own:.3g}", f"{own / size:.3f}", ratio]
+        flexband_time = middle[name]
+        exudyn_time = middle.get(f"Exudyn {name}")
+        ratio = (
+            "-"
+            if exudyn_time is None
+            else f"{exudyn_time:.3g} ({exudyn_time / flexband_time:.1f} ×)"
+        )
+        columns += [f"{flexband_time:.3g}", f"{flexband_time / size:.3f}", ratio]
     return columns
 
 

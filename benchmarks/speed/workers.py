@@ -76,34 +76,34 @@ def response(a: float, b: float, seconds: float = 0.0) -> np.ndarray:
 
 
 def main() -> None:
-    chosen = options(__doc__, 1000, rounds=(12, "runs per worker"))
+    arguments = options(__doc__, 1000, rounds=(12, "runs per worker"))
     rows = []
-    measured = {}
+    measurements = {}
     for seconds in (0.02, 0.5, 5.0):
-        executor = Remote(chosen.samples)
-        for recorded in (False, True):
+        executor = Remote(arguments.samples)
+        for with_store in (False, True):
             with tempfile.TemporaryDirectory() as folder:
-                numbers = measure(executor, chosen, seconds, folder if recorded else None)
-            name = f"{seconds:g} s, {'recorded' if recorded else 'not recorded'}"
-            measured[name] = numbers
+                numbers = measure(executor, arguments, seconds, folder if with_store else None)
+            name = f"{seconds:g} s, {'recorded' if with_store else 'not recorded'}"
+            measurements[name] = numbers
             wall, cpu, share = numbers
             rows.append([name, f"{wall:.1f}", f"{100 * share:.0f} %", f"{1e3 * cpu:.2f}"])
             print(*rows[-1], flush=True)
     header = ["time of a run", "wall [s]", "work of the workers' time", "CPU time per run [ms]"]
-    report(chosen.output, "workers", header, rows, measured)
+    report(arguments.output, "workers", header, rows, measurements)
 
 
 def measure(
-    executor: Remote, chosen: argparse.Namespace, seconds: float, folder: str | None
+    executor: Remote, arguments: argparse.Namespace, seconds: float, folder: str | None
 ) -> tuple[float, float, float]:
     """Return the wall time [s] of a study, the CPU time per run [s], and the share of work."""
-    workers = chosen.samples
-    runs = workers * chosen.rounds
-    one = fb.models.samplewise(partial(response, seconds=seconds))
+    workers = arguments.samples
+    runs = workers * arguments.rounds
+    model = fb.models.samplewise(partial(response, seconds=seconds))
     method = fb.LHSScanning(runs // 4, 4)
     begin = time.perf_counter()
     cpu = time.process_time()
-    fb.propagate(one, INPUTS, method, executor=executor, store=folder)
+    fb.propagate(model, INPUTS, method, executor=executor, store=folder)
     wall = time.perf_counter() - begin
     cpu = time.process_time() - cpu
     wall -= seconds  # one run is made again, alone

@@ -30,45 +30,47 @@ def response(a: np.ndarray, b: np.ndarray, log: str = "") -> np.ndarray:
 
 def child(folder: str, samples: str) -> None:
     """Run the study, and write its bands to a file."""
-    logged = partial(response, log=f"{folder}/log")
+    response_with_log = partial(response, log=f"{folder}/log")
     method = fb.LHSScanning(int(samples) // 8, 8)
-    bands = fb.propagate(logged, INPUTS, method, store=f"{folder}/store", batch=BATCH)
+    bands = fb.propagate(response_with_log, INPUTS, method, store=f"{folder}/store", batch=BATCH)
     np.save(f"{folder}/bands.npy", bands["mean"].values)
 
 
-def begun(folder: str) -> list[str]:
+def runs_in_log(folder: str) -> list[str]:
     """Return the runs that began."""
     log = Path(folder) / "log"
     return log.read_text().split("\n")[:-1] if log.exists() else []
 
 
 def main() -> None:
-    chosen = options(__doc__, 4000, kills=(20, "number of kills"), seed=(0, "of the moments"))
-    draw = random.Random(chosen.seed)
+    arguments = options(__doc__, 4000, kills=(20, "number of kills"), seed=(0, "of the moments"))
+    draw = random.Random(arguments.seed)
     with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", __spec__.name, "child", folder, str(chosen.samples)]
-        for _ in range(chosen.kills):
-            goal = len(begun(folder)) + draw.randint(1, max(1, chosen.samples // chosen.kills))
+        command = [sys.executable, "-m", __spec__.name, "child", folder, str(arguments.samples)]
+        for _ in range(arguments.kills):
+            goal = len(runs_in_log(folder)) + draw.randint(
+                1, max(1, arguments.samples // arguments.kills)
+            )
             process = subprocess.Popen(command)
-            while process.poll() is None and len(begun(folder)) < goal:
+            while process.poll() is None and len(runs_in_log(folder)) < goal:
                 time.sleep(0.002)
             time.sleep(0.02 * draw.random())
             process.kill()
             process.wait()
         subprocess.run(command, check=True)
-        runs = begun(folder)
-        found = np.load(f"{folder}/bands.npy")
-        recorded = len(fb.execution.open_runs(f"{folder}/store").run)
-    exact = fb.propagate(response, INPUTS, fb.LHSScanning(chosen.samples // 8, 8))
+        runs = runs_in_log(folder)
+        bands = np.load(f"{folder}/bands.npy")
+        stored_count = len(fb.execution.open_runs(f"{folder}/store").run)
+    exact = fb.propagate(response, INPUTS, fb.LHSScanning(arguments.samples // 8, 8))
     rows = [
         ["runs of the study", str(len(set(runs)))],
-        ["runs in the store", str(recorded)],
+        ["runs in the store", str(stored_count)],
         ["runs that began", str(len(runs))],
         ["allowed: a call in flight and two checks for every kill",
-         str(len(set(runs)) + chosen.kills * (BATCH + 2) + 2)],
-        ["bands as without kills, bit for bit", str(np.array_equal(found, exact["mean"].values))],
+         str(len(set(runs)) + arguments.kills * (BATCH + 2) + 2)],
+        ["bands as without kills, bit for bit", str(np.array_equal(bands, exact["mean"].values))],
     ]  # fmt: skip
-    report(chosen.output, "faults", ["after the kills", "value"], rows, {"runs": len(runs)})
+    report(arguments.output, "faults", ["after the kills", "value"], rows, {"runs": len(runs)})
 
 
 if __name__ == "__main__":

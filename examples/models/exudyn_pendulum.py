@@ -8,7 +8,7 @@ is not known well. Exudyn is needed: ``pip install exudyn``.
 import exudyn as exu
 import numpy as np
 import xarray as xr
-from exudyn import itemInterface as item  # noqa: N813
+from exudyn import itemInterface as interface  # noqa: N813
 
 import flexband as fb
 
@@ -20,34 +20,41 @@ def double_pendulum(second_length, friction):
     """Return the angles of both bars [rad], from hanging at rest to the side; friction [N m s]."""
     container = exu.SystemContainer()
     system = container.AddSystem()
-    before = system.AddObject(item.ObjectGround())
+    previous_body = system.AddObject(interface.ObjectGround())
     end, sensors = [0, 0, 0], []
     for length in (LENGTH, second_length):
         centre = [end[0] + length / 2, 0, 0]
-        node = system.AddNode(item.NodeRigidBody2D(referenceCoordinates=centre))
+        node = system.AddNode(interface.NodeRigidBody2D(referenceCoordinates=centre))
         mass = DENSITY * length
         bar = system.AddObject(
-            item.ObjectRigidBody2D(nodeNumber=node, mass=mass, inertia=mass * length**2 / 12)
+            interface.ObjectRigidBody2D(nodeNumber=node, mass=mass, inertia=mass * length**2 / 12)
         )
-        middle = system.AddMarker(item.MarkerBodyMass(bodyNumber=bar))
-        system.AddLoad(item.LoadMassProportional(markerNumber=middle, loadVector=[0, -9.81, 0]))
-        ends = [(before, end if not sensors else [LENGTH / 2, 0, 0]), (bar, [-length / 2, 0, 0])]
-        pins = [system.AddMarker(item.MarkerBodyPosition(bodyNumber=b, localPosition=x))
+        middle = system.AddMarker(interface.MarkerBodyMass(bodyNumber=bar))
+        system.AddLoad(
+            interface.LoadMassProportional(markerNumber=middle, loadVector=[0, -9.81, 0])
+        )
+        ends = [
+            (previous_body, end if not sensors else [LENGTH / 2, 0, 0]),
+            (bar, [-length / 2, 0, 0]),
+        ]
+        pins = [system.AddMarker(interface.MarkerBodyPosition(bodyNumber=b, localPosition=x))
                 for b, x in ends]  # fmt: skip
-        system.AddObject(item.ObjectJointRevolute2D(markerNumbers=pins))
+        system.AddObject(interface.ObjectJointRevolute2D(markerNumbers=pins))
         if sensors:
-            turns = [system.AddMarker(item.MarkerNodeCoordinate(nodeNumber=n, coordinate=2))
+            turns = [system.AddMarker(interface.MarkerNodeCoordinate(nodeNumber=n, coordinate=2))
                      for n in (node - 1, node)]  # fmt: skip
-            system.AddObject(item.CoordinateSpringDamper(markerNumbers=turns, damping=friction))
+            system.AddObject(
+                interface.CoordinateSpringDamper(markerNumbers=turns, damping=friction)
+            )
         sensors.append(
             system.AddSensor(
-                item.SensorNode(
+                interface.SensorNode(
                     nodeNumber=node, storeInternal=True,
                     outputVariableType=exu.OutputVariableType.Coordinates,
                 )
             )
         )  # fmt: skip
-        before, end = bar, [end[0] + length, 0, 0]
+        previous_body, end = bar, [end[0] + length, 0, 0]
     system.Assemble()
     settings = exu.SimulationSettings()
     settings.timeIntegration.numberOfSteps = round(DURATION / STEP)
@@ -57,12 +64,12 @@ def double_pendulum(second_length, friction):
     settings.solution.file.write = False
     settings.solution.sensors.writePeriod = 10 * STEP
     system.SolveDynamic(settings)
-    found = np.stack([system.GetSensorStoredData(number)[:, [0, 3]] for number in sensors])
+    records = np.stack([system.GetSensorStoredData(number)[:, [0, 3]] for number in sensors])
     return xr.DataArray(
-        found[..., 1],
+        records[..., 1],
         dims=("output", "time"),
         coords={"output": ["first", "second"], "unit": ("output", ["rad", "rad"]),
-                "time": np.round(found[0, :, 0], 9)},
+                "time": np.round(records[0, :, 0], 9)},
     )  # fmt: skip
 
 

@@ -29,10 +29,10 @@ DURATION, STEP = 0.6, 5e-4  # s
 def rocker_angle(crank_angle, length):
     """Return the angle of the rocker if the rod is rigid, from Y to Z [rad]."""
     tip = CRANK * np.array([np.cos(crank_angle), np.sin(crank_angle), 0 * crank_angle])
-    apart = PIVOT.reshape((3,) + (1,) * np.ndim(crank_angle)) - tip
-    size = np.hypot(apart[1], apart[2])
-    cosine = (length**2 - (apart**2).sum(0) - ROCKER**2) / (2 * ROCKER * size)
-    return np.arctan2(apart[2], apart[1]) + np.arccos(cosine)
+    separation = PIVOT.reshape((3,) + (1,) * np.ndim(crank_angle)) - tip
+    size = np.hypot(separation[1], separation[2])
+    cosine = (length**2 - (separation**2).sum(0) - ROCKER**2) / (2 * ROCKER * size)
+    return np.arctan2(separation[2], separation[1]) + np.arccos(cosine)
 
 
 def four_bar(length, youngs_modulus, elements=6):

@@ -47,8 +47,8 @@ def mechanism(linkage, **lengths):
             (x, y), (x2, y2) = (anchor.position for anchor in part.anchors)
             line = np.arctan2(y2 - y, x2 - x)
             if all(isinstance(anchor, tuple) for anchor in anchors):
-                turned = np.exp(1j * line) * complex(*place)
-                points[name] = (x + turned.real, y + turned.imag)
+                offset = np.exp(1j * line) * complex(*place)
+                points[name] = (x + offset.real, y + offset.imag)
                 continue
             bodies[name] = fb.RigidBody(
                 **WEIGHT, points={"tip": place}, position=(x, y), angle=line

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flexband as fb
-from benchmarks.play.allocation import EXACT, allocated
+from benchmarks.play.allocation import EXACT, allocate_tolerances
 from flexband.errors import InputError
 
 SIZE = np.hypot(3.0, -2.0)
@@ -83,6 +83,6 @@ def test_plays_scatter_by_themselves_and_not_over_intervals():
 
 def test_a_six_bar_is_allocated_as_over_the_exact_discs():
     """A Stephenson III whose output is a coupler point: seven plays and two lengths together."""
-    plan = allocated()
+    plan = allocate_tolerances()
     assert plan.attrs["cost"] == pytest.approx(EXACT, rel=5e-3)
     assert plan.attrs["confirmed"] == "yes"

@@ -11,7 +11,7 @@ import flexband as fb
 def test_published_problem(problem):
     checks = problem()
     assert checks
-    mismatches = [f"{c.name}: {c.ours} instead of {c.reference}" for c in checks if not c.holds]
+    mismatches = [f"{c.name}: {c.result} instead of {c.reference}" for c in checks if not c.holds]
     assert not mismatches, "\n".join(mismatches)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from pendulums import GRAVITY, bar, chain, crank_pins
-from rebuilt import at_end, rebuilt
+from rebuilt import at_end, register_script
 
 import flexband as fb
 
@@ -16,7 +16,7 @@ def bushing(first, second, stiffness, damping):
     )
 
 
-@rebuilt(
+@register_script(
     "TestModels/rigidBody2Dtest.py",
     "angle after 0.4 s [rad]",
     exudyn=-1.12557332,
@@ -35,7 +35,7 @@ def pendulum_on_springs(gravity):
     return at_end(model, 0.4, 1e-4)
 
 
-@rebuilt(
+@register_script(
     "Examples/lavalRotor2Dtest.py",
     "displacement x after 2 s [m]",
     exudyn=2.146309e-3,
@@ -84,7 +84,7 @@ def scissors(length, pin):
     return fb.Mechanism(bodies=bodies, joints=joints, loads=loads, sensors={"r": fb.Position("V2")})
 
 
-@rebuilt(
+@register_script(
     "TestModels/scissorPrismaticRevolute2D.py",
     "y of the last bar after 10 s, on pins [m]",
     exudyn=1.13103412,
@@ -95,7 +95,7 @@ def scissors_on_pins(length):
     return at_end(scissors(length, fb.Revolute), 10.0, 2e-3)[..., 1]
 
 
-@rebuilt(
+@register_script(
     "TestModels/scissorPrismaticRevolute2D.py",
     "y of the last bar after 10 s, on springs [m]",
     exudyn=1.12465890,
@@ -109,7 +109,7 @@ def scissors_on_springs(length):
     return at_end(scissors(length, pin), 10.0, 2e-3)[..., 1]
 
 
-@rebuilt(
+@register_script(
     "TestModels/sliderCrankFloatingTest.py",
     "x of the sliders after 0.3 s, on a fixed and a sprung frame [m]",
     exudyn=0.591649158,
@@ -166,7 +166,7 @@ def lattice(columns, rows, stiffness, joints):
     return fb.equilibrium(model, steps=1).sel(output="r_Y").values
 
 
-@rebuilt(
+@register_script(
     "Examples/SpringDamperMassUserFunction.py",
     "y of the lowest right point at rest [m]",
     exudyn=-0.35097115,
@@ -207,19 +207,19 @@ def raised_arm(**parts):
     points = {"pin": (-0.5, 0.0), "eye": (-0.25, 0.0)}
     arm = fb.RigidBody(mass=120.0, inertia=10.0, position=(0.5, 0.0), points=points)
     pin = {"pin": fb.Revolute("arm.pin", (0.0, 0.0))}
-    given = {
+    base_parts = {
         "bodies": {"arm": arm},
         "joints": pin,
         "loads": GRAVITY,
         "sensors": {"turn": fb.Angle("arm")},
     }
-    return fb.Mechanism(**{name: given[name] | parts.get(name, {}) for name in given})
+    return fb.Mechanism(**{name: base_parts[name] | parts.get(name, {}) for name in base_parts})
 
 
 EYES, RELAXED = ("arm.eye", (0.0, -0.25)), 0.25 * 2**0.5
 
 
-@rebuilt(
+@register_script(
     "TestModels/hydraulicActuatorSimpleTest.py",
     "angle after 0.4 s [rad]",
     exudyn=0.02458428,
@@ -231,7 +231,7 @@ def hydraulic_arm(area):
     return at_end(raised_arm(loads={"oil": oil}), 0.4, 2e-4)
 
 
-@rebuilt(
+@register_script(
     "Examples/HydraulicsUserFunction.py",
     "pressure of the lower chamber after 0.4 s [Pa]",
     exudyn=6.416815e6,
@@ -244,7 +244,7 @@ def hydraulics_as_user_functions(area):
     return at_end(model, 0.4, 4e-4)[..., 1]
 
 
-@rebuilt(
+@register_script(
     "Examples/HydraulicActuatorStaticInitialization.py",
     "angle after 1 s [rad]",
     exudyn=0.69902209,
@@ -255,13 +255,13 @@ def hydraulic_arm_from_rest(travel):
     rest = raised_arm(
         joints={"hold": fb.Distance(*EYES, RELAXED)}, sensors={"hold": fb.Reaction("hold")}
     )
-    held = fb.equilibrium(rest, steps=1).sel(output=["hold_X", "hold_Y"]).values
-    force = np.hypot(held[..., 0], held[..., 1])
+    reaction = fb.equilibrium(rest, steps=1).sel(output=["hold_X", "hold_Y"]).values
+    force = np.hypot(reaction[..., 0], reaction[..., 1])
     oil = cylinder(EYES, RELAXED, travel, pressures=(2e6 + force / 0.01, 2e6))
     return at_end(raised_arm(loads={"oil": oil}), 1.0, 5e-4)
 
 
-@rebuilt(
+@register_script(
     "Examples/HydraulicActuator2Arms.py",
     "angle of the second arm after 0.5 s, from its start [rad]",
     exudyn=1.20650876,
@@ -285,7 +285,7 @@ def two_hydraulic_arms(travel):
     return at_end(model, 0.5, 5e-4) + np.pi / 2
 
 
-@rebuilt(
+@register_script(
     "TestModels/doublePendulum2DControl.py",
     "sum of both angles after 5 s [rad]",
     exudyn=1.56877679,

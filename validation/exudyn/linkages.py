@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 from pendulums import GRAVITY, bar, crank_pins
-from rebuilt import at_end, rebuilt
+from rebuilt import at_end, register_script
 
 import flexband as fb
 
 
-@rebuilt(
+@register_script(
     "Examples/SliderCrank.py",
     "x of the slider after 2 s [m]",
     exudyn=0.501202253,
@@ -30,7 +30,7 @@ def slider_crank(torque):
     return at_end(model, 2.0, 5e-5)[..., 0]
 
 
-@rebuilt(
+@register_script(
     "TestModels/fourBarMechanismIftomm.py",
     "x of the first bar's centre after 4 s [m]",
     exudyn=0.05880804,
@@ -82,7 +82,7 @@ def crank_with_two_sliders(stiffness):
     )
 
 
-@rebuilt(
+@register_script(
     "Examples/slidercrankWithMassSpring.py",
     "x of the second slider after 1 s [m]",
     exudyn=0.9419289,

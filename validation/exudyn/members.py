@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from pendulums import GRAVITY
-from rebuilt import at_end, rebuilt
+from rebuilt import at_end, register_script
 
 import flexband as fb
 
@@ -24,7 +24,7 @@ def cable(length, height, width, youngs_modulus, density, elements, softer=1.0, 
     )
 
 
-def clamped(member, loads, output, *, steps=10, point="end"):
+def solve_clamped(member, loads, output, *, steps=10, point="end"):
     """Return an output at the end of a clamped member at rest under loads."""
     model = fb.Mechanism(
         bodies={"beam": member},
@@ -35,7 +35,7 @@ def clamped(member, loads, output, *, steps=10, point="end"):
     return fb.equilibrium(model, steps=steps).sel(output=output).values
 
 
-@rebuilt(
+@register_script(
     "TestModels/MiniExamples/ObjectANCFCable2D.py",
     "travel of the end along x at rest [m]",
     exudyn=-0.501305847,
@@ -50,10 +50,10 @@ def heavy_cable(bending_stiffness):
         bending_stiffness=bending_stiffness,
         elements=16,
     )
-    return clamped(member, GRAVITY, "r_X") - 2.0
+    return solve_clamped(member, GRAVITY, "r_X") - 2.0
 
 
-@rebuilt(
+@register_script(
     "Examples/ANCFcantileverTest.py",
     "travel of the end along y at rest [m]",
     exudyn=-1.20723985,
@@ -62,10 +62,10 @@ def heavy_cable(bending_stiffness):
 )
 def loaded_cantilever(force):
     member = cable(**STEEL, height=0.1, width=0.1, density=7800.0, elements=16)
-    return clamped(member, {"F": fb.Force("beam.end", y=-force)}, "r_Y")
+    return solve_clamped(member, {"F": fb.Force("beam.end", y=-force)}, "r_Y")
 
 
-@rebuilt(
+@register_script(
     "Examples/ANCFtestHalfcircle.py",
     "y of the middle at rest [m]",
     exudyn=0.63662017,
@@ -74,10 +74,10 @@ def loaded_cantilever(force):
 )
 def cable_bent_to_a_circle(moment):
     member = cable(**STEEL, height=0.01, width=0.01, density=7800.0, elements=32)
-    return clamped(member, {"M": fb.Moment("beam.end", moment)}, "r_Y", point="node 16")
+    return solve_clamped(member, {"M": fb.Moment("beam.end", moment)}, "r_Y", point="node 16")
 
 
-@rebuilt(
+@register_script(
     "TestModels/geometricallyExactBeam2Dtest.py",
     "travel of the end along y at rest [m]",
     exudyn=-2.20944107,
@@ -99,10 +99,10 @@ def thick_cantilever(force):
         "F": fb.Force("beam.end", force * 0.5**0.5, -force * 0.5**0.5),
         "M": fb.Moment("beam.end", -5e8),
     }
-    return clamped(beam, loads, "r_Y", steps=20) - 2.0 * 0.5**0.5
+    return solve_clamped(beam, loads, "r_Y", steps=20) - 2.0 * 0.5**0.5
 
 
-@rebuilt(
+@register_script(
     "TestModels/LShapeGeomExactBeam2D.py",
     "travel of the end along y at rest [m]",
     exudyn=-0.91405596,
@@ -134,7 +134,7 @@ def angle_of_beams(force):
     return fb.equilibrium(model, steps=10).sel(output="r_Y").values - 1.0
 
 
-@rebuilt(
+@register_script(
     "Examples/flexiblePendulumANCF.py",
     "x of the end after 0.5 s [m]",
     exudyn=-0.0902007,
@@ -152,7 +152,7 @@ def stiff_cable_pendulum(gravity):
     return at_end(model, 0.5, 2e-4)[..., 0]
 
 
-@rebuilt(
+@register_script(
     "TestModels/ANCFCableBeamDampingTest.py",
     "y of the end after 0.1 s [m]",
     exudyn=-0.0955618,
@@ -176,7 +176,7 @@ def suddenly_loaded_cantilever(force):
     return at_end(model, 0.1, 1e-4)[..., 1]
 
 
-@rebuilt(
+@register_script(
     "TestModels/ANCFoutputTest.py",
     "x of the end after 0.5 s [m]",
     exudyn=-0.03583189,
@@ -207,7 +207,7 @@ def cable_on_a_pin_below_its_axis(bending_stiffness):
     return at_end(model, 0.5, 1e-4)[..., 0]
 
 
-@rebuilt(
+@register_script(
     "Examples/pendulumGeomExactBeam2D.py",
     "x of the end after 0.4 s [m]",
     exudyn=-0.22334937,
@@ -233,7 +233,7 @@ def soft_beam_pendulum(gravity):
     return at_end(model, 0.4, 2e-4)[..., 0]
 
 
-@rebuilt(
+@register_script(
     "Examples/ANCFcantileverTestDyn.py",
     "y of the end 0.1 s after the jolt [m]",
     exudyn=-0.90185,
@@ -260,7 +260,7 @@ def jolted_cantilever(amplitude):
     return motion.sel(output="r_Y").values[..., -1]
 
 
-@rebuilt(
+@register_script(
     "Examples/ANCFtests2.py",
     "x of the end after 1 s [m]",
     exudyn=0.01988596,
@@ -279,7 +279,7 @@ def cable_bent_in_a_second(turn):
     return at_end(model, 1.0, 1e-4)[..., 0]
 
 
-@rebuilt(
+@register_script(
     "Examples/ANCFrotatingCable2D.py",
     "y of the end after 2.5 s [m]",
     exudyn=-0.34748052,
@@ -303,7 +303,7 @@ def swung_cable(amplitude):
     return at_end(model, 2.5, 1e-4)[..., 1]
 
 
-@rebuilt(
+@register_script(
     "Examples/finiteSegmentMethod.py",
     "y of the end after 0.5 s [m]",
     exudyn=-1.39837446,
@@ -340,7 +340,7 @@ def free_cable(height):
     )
 
 
-@rebuilt(
+@register_script(
     "TestModels/computeODE2EigenvaluesTest.py",
     "lowest circular frequency, free [1/s]",
     exudyn=83.17966446,

@@ -77,11 +77,11 @@ def number_table() -> str:
 def script_table() -> str:
     """Return a table with one row per answer and remark; names of judgements have an asterisk."""
     rows: dict[tuple[str, str], list[str]] = {}
-    rebuilt = {case.script.removesuffix(".py") for case in REBUILT}
+    rebuilt_scripts = {case.script.removesuffix(".py") for case in REBUILT}
     for path, answer in all_scripts().items():
         script = path.removesuffix(".py")
-        judged = "" if script in rebuilt or answer[0] == "no" else "*"
-        rows.setdefault(answer, []).append(script.rpartition("/")[2] + judged)
+        mark = "" if script in rebuilt_scripts or answer[0] == "no" else "*"
+        rows.setdefault(answer, []).append(script.rpartition("/")[2] + mark)
     return "\n".join(
         ["| flexband does it | how, or why not | scripts |", "| --- | --- | --- |"]
         + [
@@ -102,11 +102,12 @@ def main() -> int:
         scripts=script_table(),
     )
     PAGE.write_text(text, encoding="utf-8")
-    failed = [case.solve.__name__ for case in REBUILT if not case.holds]
+    failures = [case.solve.__name__ for case in REBUILT if not case.holds]
     print(
-        f"{len(REBUILT) - len(failed)} of {len(REBUILT)} numbers agree; wrote {PAGE.name}", *failed
+        f"{len(REBUILT) - len(failures)} of {len(REBUILT)} numbers agree; wrote {PAGE.name}",
+        *failures,
     )
-    return 1 if failed else 0
+    return 1 if failures else 0
 
 
 if __name__ == "__main__":

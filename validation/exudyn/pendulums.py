@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from rebuilt import at_end, rebuilt
+from rebuilt import at_end, register_script
 
 import flexband as fb
 
@@ -15,7 +15,7 @@ def position(model, duration, step, output):
     return motion.sel(output=output).values[..., -1]
 
 
-@rebuilt(
+@register_script(
     "TestModels/MiniExamples/ObjectMassPoint2D.py",
     "x after 1 s [m]",
     exudyn=2.0,
@@ -30,7 +30,9 @@ def free_point(speed):
     return position(model, 1.0, 0.1, "x_X")
 
 
-@rebuilt("Examples/myFirstExample.py", "x after 1 s [m]", exudyn=5e-5, tolerance=1e-12, value=0.001)
+@register_script(
+    "Examples/myFirstExample.py", "x after 1 s [m]", exudyn=5e-5, tolerance=1e-12, value=0.001
+)
 def pushed_point(force):
     model = fb.Mechanism(
         bodies={"m": fb.PointMass(mass=10.0)},
@@ -40,7 +42,7 @@ def pushed_point(force):
     return position(model, 1.0, 0.01, "x_X")
 
 
-@rebuilt(
+@register_script(
     "TestModels/MiniExamples/ObjectRigidBody2D.py",
     "x and the rotation after 1 s, added",
     exudyn=4.35619449,
@@ -66,7 +68,7 @@ def point_pendulum(length, mass, start):
     )
 
 
-@rebuilt(
+@register_script(
     "TestModels/MiniExamples/ObjectConnectorDistance.py",
     "x after 1 s [m]",
     exudyn=-0.98629175,
@@ -77,7 +79,7 @@ def pendulum_from_the_side(length):
     return position(point_pendulum(length, 50.0, (length, 0.0)), 1.0, 1e-4, "r_X")
 
 
-@rebuilt(
+@register_script(
     "Examples/pendulum2Dconstraint.py",
     "y after 2 s [m]",
     exudyn=-0.06803906,
@@ -88,7 +90,7 @@ def short_pendulum(length):
     return position(point_pendulum(length, 2.5, (length, 0.0)), 2.0, 1e-4, "r_Y")
 
 
-@rebuilt(
+@register_script(
     "Examples/pendulumIftommBenchmark.py",
     "x after 2 s [m]",
     exudyn=-0.7935662,
@@ -134,7 +136,7 @@ def hanging_chain(links, length, duration):
     return at_end(model, duration, 1e-4)
 
 
-@rebuilt(
+@register_script(
     "Examples/doublePendulum2D.py",
     "angle of the lower body after 2 s [rad]",
     exudyn=-4.86837483,
@@ -145,7 +147,7 @@ def double_pendulum(length):
     return hanging_chain(2, length, 2.0)
 
 
-@rebuilt(
+@register_script(
     "Examples/simple4linkPendulumBing.py",
     "angle of the lowest body after 1 s [rad]",
     exudyn=-0.66473225,
@@ -156,7 +158,7 @@ def pendulum_of_four(length):
     return hanging_chain(4, length, 1.0)
 
 
-@rebuilt(
+@register_script(
     "Examples/rigidPendulum.py",
     "angle after 1 s [rad]",
     exudyn=-3.15004032,
@@ -175,7 +177,7 @@ def rigid_pendulum(rate):
     return at_end(model, 1.0, 1e-4)
 
 
-@rebuilt(
+@register_script(
     "TestModels/compareFullModifiedNewton.py",
     "angle after 2 s [rad]",
     exudyn=-3.10390193,
@@ -192,7 +194,7 @@ def pendulum_under_a_tip_force(weight):
     return at_end(model, 2.0, 1e-4)
 
 
-@rebuilt(
+@register_script(
     "TestModels/coordinateVectorConstraint.py",
     "x + y of the upper point after 1 s [m]",
     exudyn=-1.08251704,

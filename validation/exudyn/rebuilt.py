@@ -17,11 +17,11 @@ import numpy as np
 import flexband as fb
 
 Solve = Callable[[np.ndarray], np.ndarray]
-REBUILT: list[Rebuilt] = []
+REBUILT: list[RebuiltScript] = []
 
 
 @dataclass(frozen=True)
-class Rebuilt:
+class RebuiltScript:
     """A script, its number by Exudyn, and how far flexband's may be from it.
 
     Exudyn's number is that of steps and meshes so fine that it has converged. The `value` is that
@@ -59,11 +59,11 @@ class Rebuilt:
         return right <= self.tolerance < wrong
 
 
-def rebuilt(script: str, quantity: str, **numbers: float) -> Callable[[Solve], Solve]:
-    """Register a function as that of a script; the numbers are fields of `Rebuilt`."""
+def register_script(script: str, quantity: str, **numbers: float) -> Callable[[Solve], Solve]:
+    """Register a function as that of a script; the numbers are fields of `RebuiltScript`."""
 
     def register(solve: Solve) -> Solve:
-        REBUILT.append(Rebuilt(script, quantity, solve=solve, **numbers))
+        REBUILT.append(RebuiltScript(script, quantity, solve=solve, **numbers))
         return solve
 
     return register

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from members import cable
 from pendulums import GRAVITY, bar
-from rebuilt import at_end, rebuilt
+from rebuilt import at_end, register_script
 
 import flexband as fb
 
 
-@rebuilt(
+@register_script(
     "TestModels/pendulumFriction.py",
     "y of the centre after 1 s [m]",
     exudyn=-0.16685757,
@@ -35,7 +35,7 @@ def pendulum_with_friction(force):
     return at_end(model, 1.0, 0.01, integrator=fb.GeneralizedAlpha(step_tolerance=1e-9))[..., 1]
 
 
-@rebuilt(
+@register_script(
     "Examples/switchingConstraintsPendulum.py",
     "y of the rod after 2 s [m]",
     exudyn=1.69804383,
@@ -58,7 +58,7 @@ def pendulum_that_is_released(rate):
     return at_end(model, 2.0, 1e-3)[..., 1]
 
 
-@rebuilt(
+@register_script(
     "Examples/testGymCartpoleEnv.py",
     "angle of the pole after ten decisions [rad]",
     exudyn=-0.01985288,
@@ -89,7 +89,7 @@ def cart_and_pole(force):
     return motion.values[..., 0, -1]
 
 
-@rebuilt(
+@register_script(
     "TestModels/ANCFcontactCircleTest.py",
     "travel of the end along y at rest [m]",
     exudyn=-0.46727,

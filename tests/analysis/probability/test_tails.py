@@ -148,12 +148,12 @@ def test_a_bound_of_one_option_is_not_hidden_by_a_smaller_number_of_another():
 @pytest.mark.parametrize("seed", [61012, 61159, 61205])
 def test_intervals_allow_for_what_is_missed_beyond_the_bulk(seed):
     """Of benchmarks/probability/tails.py: exponentials and a bend that the surrogate rounds."""
-    result = outcome(Case.drawn(seed), seed, 0)
-    assert result.held
+    result = outcome(Case.draw(seed), seed, 0)
+    assert result.covers_level
     assert not 0.85 < result.surrogate < 1.18  # 0.803 to 0.796, as the kernel of OpenBLAS rounds
 
 
 def test_a_sample_of_rare_failures():
-    outcomes = [outcome(Case.drawn(seed), seed, 0) for seed in range(90_001, 90_005)]
-    assert all(result.held for result in outcomes)
-    assert all(result.given or result.stated[2] * result.level >= 1e-4 for result in outcomes)
+    outcomes = [outcome(Case.draw(seed), seed, 0) for seed in range(90_001, 90_005)]
+    assert all(result.covers_level for result in outcomes)
+    assert all(result.is_positive or result.ratios[2] * result.level >= 1e-4 for result in outcomes)

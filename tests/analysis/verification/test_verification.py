@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from scipy.special import chdtr
 
 import flexband as fb
-from benchmarks.honesty.verification_kinks import hidden, judged
+from benchmarks.honesty.verification_kinks import hides_error, judge_response
 from flexband.analysis.verification import verify as verification
 from flexband.report.text.tables import remarks
 from flexband.uncertainty.adaptive.runs import RareRuns, ResponseRuns
@@ -287,10 +287,10 @@ def test_kinks_of_random_place_and_share_are_found_and_smooth_responses_confirme
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         of_kinks, of_smooth = (
-            [claim for k in seeds for claim in judged(k, method, 2, smooth=smooth)]
+            [claim for k in seeds for claim in judge_response(k, method, 2, smooth=smooth)]
             for smooth in (False, True)
         )
     wrong = [verdict for verdict in of_kinks if verdict[0] == "wrong"]
     assert wrong
-    assert not any(map(hidden, wrong))
+    assert not any(map(hides_error, wrong))
     assert [confirmed for _, confirmed, _ in of_smooth].count("no") <= 1

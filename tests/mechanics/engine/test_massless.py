@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import ArrayLike
 
 import flexband as fb
-from benchmarks.numerics.massless import drawn, judged
+from benchmarks.numerics.massless import draw_mechanism, judge_mechanism
 from tests.mechanics.models import FINE
 
 
@@ -212,7 +212,7 @@ def test_massless_rods_may_come_close_to_a_dead_centre():
 
 @pytest.mark.parametrize("seed", range(2195, 2207))
 def test_drawn_mechanisms_with_zero_masses_are_right_or_refused_rightly(seed):
-    outcome, reason = judged(drawn(seed))
+    outcome, reason = judge_mechanism(draw_mechanism(seed))
     assert outcome in ("right", "refused rightly", "not judged"), reason
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flexband as fb
-from benchmarks.friction.impacts import judged
+from benchmarks.friction.impacts import judge_impact
 from flexband import contact
 
 G = 9.81
@@ -191,7 +191,7 @@ def test_what_slides_may_reverse_in_an_impact():
 
 @pytest.mark.parametrize("seed", range(60, 76))
 def test_random_mechanisms_have_the_speeds_of_their_impulse_problems(seed):
-    _, outcome, reason = judged(seed)
+    _, outcome, reason = judge_impact(seed)
     assert outcome in ("right", "refused"), reason
 
 

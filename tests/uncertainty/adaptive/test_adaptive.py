@@ -22,8 +22,8 @@ from benchmarks.accuracy.formulas import (
     beating,
     bifurcation,
     chirp,
-    damped,
-    fades,
+    damped_oscillation,
+    fading_carrier,
     formula,
     pulse,
     two_carriers,
@@ -129,7 +129,7 @@ def test_a_polynomial_is_found_exactly_with_its_own_orders():
     assert orders["b"] <= 2
 
 
-@pytest.mark.parametrize("f", [wave, damped, two_carriers])
+@pytest.mark.parametrize("f", [wave, damped_oscillation, two_carriers])
 def test_fourteen_fitted_runs_follow_twenty_periods(f):
     case = formula(f)
     bands = fb.propagate(case.response, case.inputs, fb.AdaptivePCCI(0.01))
@@ -245,7 +245,7 @@ def true_error(bands, truth):
     return max(float(abs(bands[v] - truth[v]).mean() / width) for v in ("mean", "error_bar"))
 
 
-@pytest.mark.parametrize("f", [fades, chirp, bifurcation, beating, pulse])
+@pytest.mark.parametrize("f", [fading_carrier, chirp, bifurcation, beating, pulse])
 def test_no_convergence_is_claimed_that_is_not_there(f):
     case = formula(f)
     bands = fb.propagate(case.response, case.inputs, fb.AdaptivePCCI(0.01, max_runs=40))
@@ -254,7 +254,7 @@ def test_no_convergence_is_claimed_that_is_not_there(f):
     assert bands.attrs["expected_error"] > true / 5
     assert (true > 0.05) == wrong
     assert bool(bands["trusted"]) or wrong
-    assert (bands.attrs["stopped"] == "the budget is used up") == (f is not fades)
+    assert (bands.attrs["stopped"] == "the budget is used up") == (f is not fading_carrier)
 
 
 TRAPS = {
@@ -462,7 +462,7 @@ def test_a_random_field_of_many_terms():
 
 
 def test_the_batch_and_the_order_of_inputs_do_not_change_bands():
-    case = formula(damped)
+    case = formula(damped_oscillation)
     forward = fb.propagate(case.response, case.inputs, fb.AdaptivePCCI())
     reports = []
     reverse = fb.propagate(

@@ -14,14 +14,14 @@ from benchmarks.accuracy.formulas import (
     beating,
     bifurcation,
     chirp,
-    damped,
-    fades,
+    damped_oscillation,
+    fading_carrier,
     formula,
     interior,
     kink,
     onset,
     pulse,
-    slow,
+    slow_decay,
     slow_kink,
     two_carriers,
     wave,
@@ -44,7 +44,7 @@ def errors(bands, reference):
     return [float(relative_error(bands[v], reference[v])) for v in ("mean", "error_bar")]
 
 
-@pytest.mark.parametrize("f", [wave, damped, two_carriers])
+@pytest.mark.parametrize("f", [wave, damped_oscillation, two_carriers])
 def test_five_runs_follow_twenty_periods(f):
     """1 % where the expansion at fixed times, with the same orders, is off by tenths."""
     reference = exact(f)
@@ -62,15 +62,19 @@ def test_five_runs_follow_twenty_periods(f):
 
 def test_a_carrier_that_fades_and_returns():
     bands = fb.propagate(
-        formula(fades).response, FORMULA_INPUTS, fb.methods.PhaseResolvedPCCI(2, 1)
+        formula(fading_carrier).response, FORMULA_INPUTS, fb.methods.PhaseResolvedPCCI(2, 1)
     )
-    assert max(errors(bands, exact(fades))) < 0.005
+    assert max(errors(bands, exact(fading_carrier))) < 0.005
 
 
 @pytest.mark.filterwarnings("ignore:input .* changes no output:flexband.errors.FlexbandWarning")
 @pytest.mark.parametrize(
     ("f", "order"),
-    [(f, k) for f in [wave, damped, fades, slow, *TRAPS] for k in (1, 2)],
+    [
+        (f, k)
+        for f in [wave, damped_oscillation, fading_carrier, slow_decay, *TRAPS]
+        for k in (1, 2)
+    ],
 )
 def test_the_error_expected_is_not_below_a_fifth_of_the_true_one(f, order):
     """Neither where the method works nor on what it is not made for."""

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import flexband as fb
-from benchmarks.accuracy.formulas import damped, formula, two_carriers, wave
+from benchmarks.accuracy.formulas import damped_oscillation, formula, two_carriers, wave
 from benchmarks.accuracy.references import moments, normal_rule
 
 METHODS = [
@@ -24,7 +24,7 @@ METHODS = [
 
 @pytest.mark.parametrize("method", METHODS)
 def test_bands_of_a_surrogate_are_those_of_propagate(method):
-    case = formula(damped)
+    case = formula(damped_oscillation)
     surrogate = fb.expand(case.response, case.inputs, method)
     xr.testing.assert_identical(surrogate.bands(), fb.propagate(case.response, case.inputs, method))
 

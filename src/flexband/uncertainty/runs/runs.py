@@ -270,9 +270,9 @@ class CountedRuns:
         run = middle(values)
 
         def again(copies: int) -> np.ndarray:
-            points = (np.repeat(v[run : run + 1], copies, axis=0) for v in (xi, eta))
+            points = [np.repeat(v[run : run + 1], copies, axis=0) for v in (xi, eta)]
             with without_warnings():
-                values = level(*points, Purpose.REPETITION).values
+                values = level(points[0], points[1], Purpose.REPETITION).values
             self._count_repeated(copies)
             return values
 

@@ -127,7 +127,8 @@ def four_bar(example):
     """The rocker of rigid bars of both lengths, in closed form."""
     bands = example.study.run().sel(output="rocker")
     crank = example.angle(bands.time.values)
-    x, y = example.CRANK * np.cos(crank) - example.GROUND, example.CRANK * np.sin(crank)
+    x = example.CRANK * np.cos(crank) - example.GROUND
+    y = example.CRANK * np.sin(crank)
     distance = np.hypot(x, y)
 
     def rocker(coupler):

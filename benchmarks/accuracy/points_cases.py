@@ -103,7 +103,8 @@ def formulas(m: int, n: int) -> Callable[[np.ndarray], np.ndarray]:
     rng = np.random.default_rng(0)
     fade = 0.6 ** np.arange(d)
     A = rng.uniform(0.5, 1.0, (5, 8, d)) * rng.choice([-1, 1], (5, 8, d)) * fade
-    offset, B = rng.uniform(-0.6, 0.9, (5, 8)), rng.uniform(-1, 1, (8, d, d)) * np.outer(fade, fade)
+    offset = rng.uniform(-0.6, 0.9, (5, 8))
+    B = rng.uniform(-1, 1, (8, d, d)) * np.outer(fade, fade)
 
     def f(x: np.ndarray) -> np.ndarray:
         x = x * np.repeat([1.0, 0.4], [m, n])

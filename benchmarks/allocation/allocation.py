@@ -69,7 +69,8 @@ def quadratic(rng: np.random.Generator) -> Callable[[int], Callable[[np.ndarray]
     """Return responses that are quadratic in their inputs."""
 
     def make_values(m: int) -> Callable[[np.ndarray], np.ndarray]:
-        slopes, bends = smooth(rng, m), 0.5 * smooth(rng, m * m).reshape(m, m, -1)
+        slopes = smooth(rng, m)
+        bends = 0.5 * smooth(rng, m * m).reshape(m, m, -1)
         return lambda x: x @ slopes + np.einsum("pi,pj,ijt->pt", x, x, bends)
 
     return make_values
@@ -110,7 +111,8 @@ def ringing(rng: np.random.Generator) -> Callable[[int], Callable[[np.ndarray], 
     """Return deflections of an oscillator that is released, and driven at a low frequency."""
 
     def make_values(m: int) -> Callable[[np.ndarray], np.ndarray]:
-        frequency, damping = 2 * np.pi * rng.uniform(4, 12), rng.uniform(0.005, 0.03)
+        frequency = 2 * np.pi * rng.uniform(4, 12)
+        damping = rng.uniform(0.005, 0.03)
         phase = rng.uniform(0, 2 * np.pi)
 
         def values(x: np.ndarray) -> np.ndarray:

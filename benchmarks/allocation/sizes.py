@@ -82,7 +82,8 @@ def judge_case(seed: int) -> dict[str, float]:
     """Return how a case is allocated."""
     rng = np.random.default_rng(seed)
     count = int(rng.integers(2, 4))
-    parts_at, costs = random_parts(rng, count), rng.uniform(0.2, 5.0, count)
+    parts_at = random_parts(rng, count)
+    costs = rng.uniform(0.2, 5.0, count)
     sizes = [parts_at(np.array(z))[0] for z in product(GRID, repeat=2)]
     limit = float(np.abs(sizes).max(axis=1).min() * rng.uniform(1.05, 2.0))
 

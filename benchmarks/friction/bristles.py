@@ -33,7 +33,9 @@ def error(seed: int) -> float:
     coulomb = rng.uniform(0.5, 3)
     ratio = rng.uniform(1, 1.6)
     stribeck = 10 ** rng.uniform(-3, -1)
-    K, c, speed = rng.uniform(0.5, 20), rng.uniform(0, 0.6), rng.uniform(0.02, 0.5)
+    K = rng.uniform(0.5, 20)
+    c = rng.uniform(0, 0.6)
+    speed = rng.uniform(0.02, 0.5)
     duration = rng.uniform(2, 15)
     p = np.array([stiffness, np.sqrt(stiffness * mass), coulomb, coulomb * ratio, stribeck])
 

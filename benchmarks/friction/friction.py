@@ -278,11 +278,9 @@ def brakes(rng: np.random.Generator) -> Draw:
         springs.append(
             (Place(k, radius, 0.0), ground(0.5, 0.2), float(10 ** rng.uniform(1, 2.5)), 0.2)
         )
-        base, swing, rate = (
-            float(rng.uniform(5, 50)),
-            float(rng.uniform(0, 0.9)),
-            float(rng.uniform(5, 40)),
-        )
+        base = float(rng.uniform(5, 50))
+        swing = float(rng.uniform(0, 0.9))
+        rate = float(rng.uniform(5, 40))
 
         def force(t, base=base, swing=swing, rate=rate):
             return base * (1.0 + swing * math.sin(rate * t))

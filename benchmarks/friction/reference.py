@@ -371,9 +371,11 @@ class Reference:
         """
         self.evaluations = 0
         self.fastest = 0.0
-        n, t = len(self.mass), float(times[0])
+        n = len(self.mass)
+        t = float(times[0])
         y = np.concatenate([self.start, self.velocities()])
-        state, result = self.begin(y), Motion.empty(times, n, self.names)
+        state = self.begin(y)
+        result = Motion.empty(times, n, self.names)
         longest = LONGEST if self.draw.touches else 5 * LONGEST
         while t < times[-1] and len(result.counted_events) <= EVENTS:
 
@@ -391,7 +393,8 @@ class Reference:
                 result.modes[m] = state.modes
                 result.force[m] = balance.force
                 result.speed[m] = balance.speed
-            y, t = part.y[:, -1], float(part.t[-1])
+            y = part.y[:, -1]
+            t = float(part.t[-1])
             event_mask = np.array([len(moments) > 0 for moments in part.t_events])
             if event_mask.any():
                 state, events = self.after(t, y, state, event_mask)

@@ -144,7 +144,8 @@ def duffing(cubic_stiffness: float) -> Callable[[np.ndarray, np.ndarray], np.nda
 
 def normal_input(r: Random) -> Variable:
     """Draw a normal input."""
-    mean, std = r.choice([0.0, 10 ** r.uniform(-1, 2)]), 10 ** r.uniform(-1, 1)
+    mean = r.choice([0.0, 10 ** r.uniform(-1, 2)])
+    std = 10 ** r.uniform(-1, 1)
     return Variable(fb.Normal(mean, std), lambda z: mean + std * z)
 
 
@@ -189,7 +190,8 @@ def bent_phases(name: str, seed: int, r: Random) -> Case:
         variable = normal_input(r) if r.random() < 0.5 else positive_input(r)
         z = np.linspace(-2.0, 2.0, 81)
         x = variable.of_normal(z)
-        middle, spread = x.mean(), x.std()
+        middle = x.mean()
+        spread = x.std()
         form = _forms(r)[r.integers(4)]
         deviation = np.std(form((x - middle) / spread))
         part = r.choice([-1.0, 1.0]) * max_rate * r.uniform(0.3, 1.0) / deviation
@@ -220,7 +222,9 @@ def duffing_oscillator(name: str, seed: int, r: Random) -> Case:
 
 def _forms(r: Random) -> list[Function]:
     """Draw functions of a variable in standard deviations from its mean."""
-    first, bend, steep = r.choice([0.0, 0.5, 1.0]), r.uniform(0.02, 0.2), r.uniform(0.2, 0.8)
+    first = r.choice([0.0, 0.5, 1.0])
+    bend = r.uniform(0.02, 0.2)
+    steep = r.uniform(0.2, 0.8)
     return [
         lambda y: first * y + y**2,
         lambda y: first * y + 0.3 * y**3,

@@ -142,7 +142,8 @@ def elastic_four_bar(rng: np.random.Generator) -> CoarseMechanism:
 def chain(rng: np.random.Generator) -> CoarseMechanism:
     """Return two to four rigid bars with springs between them, which ring in several modes."""
     count = int(rng.integers(2, 5))
-    lengths, angles = rng.uniform(0.1, 0.4, count), rng.uniform(-0.3, 0.3, count)
+    lengths = rng.uniform(0.1, 0.4, count)
+    angles = rng.uniform(-0.3, 0.3, count)
     factors = 10 ** rng.uniform(-0.3, 0.3, count)
     damping = 10 ** rng.uniform(-4, -2)
 
@@ -172,7 +173,8 @@ def chain(rng: np.random.Generator) -> CoarseMechanism:
 
 def cantilever(rng: np.random.Generator) -> CoarseMechanism:
     """Return a beam that rings after a load, sudden or within a while."""
-    length, slenderness = rng.uniform(0.2, 1.0), rng.uniform(10, 60)
+    length = rng.uniform(0.2, 1.0)
+    slenderness = rng.uniform(10, 60)
     height = length / slenderness
     density = 2000.0
     modulus = 10 ** rng.uniform(8, 11)
@@ -208,7 +210,8 @@ def cantilever(rng: np.random.Generator) -> CoarseMechanism:
 
 def soft_pendulum(rng: np.random.Generator) -> CoarseMechanism:
     """Return a soft beam that falls from the horizontal, with a weight at its end."""
-    height, modulus = rng.uniform(4e-3, 1e-2), 10 ** rng.uniform(8, 9.5)
+    height = rng.uniform(4e-3, 1e-2)
+    modulus = 10 ** rng.uniform(8, 9.5)
     damping = 10 ** rng.uniform(-4, -3) if rng.random() < 0.5 else 0.0
 
     def builder(modulus, density, weight, elements):

@@ -39,7 +39,9 @@ def times(r: Random) -> int:
 
 def shape(r: Random, minimum: float = 0.3) -> Formula:
     """Draw a slow function of τ whose size is of order one."""
-    a, b, turn = r.uniform(minimum, 1.0), r.uniform(0.0, 1.0), r.uniform(0.0, 6.3)
+    a = r.uniform(minimum, 1.0)
+    b = r.uniform(0.0, 1.0)
+    turn = r.uniform(0.0, 6.3)
     turns = r.uniform(1.0, 7.0)
     return lambda tau: a + b * np.sin(turns * tau + turn) ** 2
 

@@ -19,7 +19,9 @@ def smooth(r: Random) -> Problem:
     variables = kinds(r)
 
     def draw_formula() -> Formula:
-        a, b, s = linear(r, variables, 0.4), quadratic(r, variables, 0.3), shape(r)
+        a = linear(r, variables, 0.4)
+        b = quadratic(r, variables, 0.3)
+        s = shape(r)
         rate = r.uniform(0.5, 3.0)
         forms: list[Formula] = [
             lambda *y: s(y[-1]) * np.exp(a(*y[:-1])),
@@ -40,8 +42,11 @@ def rational(r: Random) -> Problem:
     variables = kinds(r)
     small = np.array([0.06 if kind == "normal" else 0.7 / len(variables) for kind in variables])
     small *= r.uniform(0.3, 1.0, len(variables)) * r.choice([-1, 1], len(variables))
-    a, b, s = linear(r, variables, 1.0), linear(r, variables, 0.5), shape(r)
-    sharp, centre = r.uniform(0.5, 3.0), r.uniform(-1.0, 1.0)
+    a = linear(r, variables, 1.0)
+    b = linear(r, variables, 0.5)
+    s = shape(r)
+    sharp = r.uniform(0.5, 3.0)
+    centre = r.uniform(-1.0, 1.0)
 
     def pole(*y):
         return 1 / (1 + sum(c * v for c, v in zip(small, y, strict=True)))
@@ -62,10 +67,14 @@ def rational(r: Random) -> Problem:
 def saturations(r: Random) -> Problem:
     """Draw tanh, logistic functions, arctan and cubic stiffness, some of them steep."""
     variables = kinds(r)
-    a, b, s = linear(r, variables, 1.0), linear(r, variables, 0.3), shape(r)
+    a = linear(r, variables, 1.0)
+    b = linear(r, variables, 0.3)
+    s = shape(r)
     few_random = sum(kind != "interval" for kind in variables) < 2
     steep = 10 ** r.uniform(-0.3, 0.7 if few_random else 0.2)
-    centre, drift, wide = r.uniform(-0.7, 0.7), r.uniform(0, 1.5), min(steep, 2.5)
+    centre = r.uniform(-0.7, 0.7)
+    drift = r.uniform(0, 1.5)
+    wide = min(steep, 2.5)
 
     def at(*y):
         return a(*y[:-1]) - centre - drift * y[-1]
@@ -115,7 +124,8 @@ def alias(r: Random) -> Problem:
     """Draw functions that a few points take for others: x³ + e, sin over a period, (1−a²)(1−b²)."""
     choices = [("interval", "normal"), ("interval", "interval"), ("interval", "interval", "normal")]
     variables = choices[r.integers(len(choices))]
-    s, u = shape(r), shape(r)
+    s = shape(r)
+    u = shape(r)
     f = [_waves(r, kind == "interval") for kind in variables]
     c = r.uniform(0.1, 1.0)
     if r.random() < 0.5:  # a sum
@@ -142,7 +152,8 @@ def products(r: Random) -> Problem:
     pool = ["normal", "interval", "interval", "normal", "uniform", "interval"]
     variables = [pool[k] for k in r.permutation(len(pool))[: r.integers(2, 5)]]
     linear_part = linear(r, variables, float(r.choice([0.0, 0.0, 0.3, 1.0])))
-    s, u = shape(r), shape(r)
+    s = shape(r)
+    u = shape(r)
     factor_count = max(2, len(variables) - int(r.integers(0, 2)))
 
     def value(*y):
@@ -157,8 +168,10 @@ def products(r: Random) -> Problem:
 def pulses(r: Random) -> Problem:
     """Draw pulses and steps whose time of arrival depends on the inputs."""
     variables = ("normal", "interval") if r.random() < 0.7 else ("uniform", "interval")
-    a, b = linear(r, variables, r.uniform(0.02, 0.12)), linear(r, variables, 0.2)
-    width, middle = r.uniform(0.04, 0.2), r.uniform(0.35, 0.65)
+    a = linear(r, variables, r.uniform(0.02, 0.12))
+    b = linear(r, variables, 0.2)
+    width = r.uniform(0.04, 0.2)
+    middle = r.uniform(0.35, 0.65)
 
     def delay(*y):
         return (y[-1] - middle - a(*y[:-1])) / width
@@ -175,9 +188,13 @@ def pulses(r: Random) -> Problem:
 def scalars(r: Random) -> Problem:
     """Draw powers, exponentials and gains of engineering, at one time: no mean over time helps."""
     variables = ("normal", "interval") if r.random() < 0.7 else ("normal", "interval", "interval")
-    p, q, c = r.uniform(-3, 3, 2), r.uniform(-4, 4), r.uniform(-1, 1)
-    half, cv = r.uniform(0.02, 0.3, 2), r.uniform(0.03, 0.25)
-    ratio, damping = r.uniform(0.5, 0.85), r.uniform(0.1, 0.3)
+    p = r.uniform(-3, 3, 2)
+    q = r.uniform(-4, 4)
+    c = r.uniform(-1, 1)
+    half = r.uniform(0.02, 0.3, 2)
+    cv = r.uniform(0.03, 0.25)
+    ratio = r.uniform(0.5, 0.85)
+    damping = r.uniform(0.1, 0.3)
 
     def scatter(x: np.ndarray, size: float) -> np.ndarray:
         return np.exp(size * x - size**2 / 2)

@@ -13,8 +13,12 @@ def stops(r: Random) -> Problem:
     """Draw linear responses with a stop, or a stiffening, beyond 1.5 to 3 standard deviations."""
     choices = [("normal",), ("normal", "interval"), ("normal", "interval", "interval")]
     variables = choices[r.integers(len(choices))]
-    s, a, shift = shape(r), linear(r, variables, 1.0), linear(r, variables[1:], 0.2)
-    threshold, stiff, power = r.uniform(1.5, 3.0), 10 ** r.uniform(0.3, 1.5), r.integers(1, 3)
+    s = shape(r)
+    a = linear(r, variables, 1.0)
+    shift = linear(r, variables[1:], 0.2)
+    threshold = r.uniform(1.5, 3.0)
+    stiff = 10 ** r.uniform(0.3, 1.5)
+    power = r.integers(1, 3)
 
     def value(*y):
         excess = np.maximum(0, y[0] - threshold - shift(*y[1:-1]))
@@ -32,8 +36,12 @@ def bumps(r: Random) -> Problem:
         ("interval", "uniform"),
     ]
     variables = choices[r.integers(len(choices))]
-    s, a, high = shape(r), linear(r, variables, 0.5), 10 ** r.uniform(-0.5, 1)
-    width, centre, drift = r.uniform(0.04, 0.2), r.uniform(-0.9, 0.9), r.uniform(-0.2, 0.2)
+    s = shape(r)
+    a = linear(r, variables, 0.5)
+    high = 10 ** r.uniform(-0.5, 1)
+    width = r.uniform(0.04, 0.2)
+    centre = r.uniform(-0.9, 0.9)
+    drift = r.uniform(-0.2, 0.2)
     forms: list[Formula] = [
         lambda x: np.exp(-(x**2)),
         lambda x: 0.5 + 0.5 * np.tanh(x),
@@ -52,7 +60,9 @@ def powers(r: Random) -> Problem:
     """Draw high powers of one input, and Chebyshev polynomials of high order."""
     kind = ("interval", "normal", "uniform")[r.integers(3)]
     variables = (kind, "interval") if kind != "interval" and r.random() < 0.5 else (kind,)
-    order, s, a = int(r.integers(4, 8 if kind == "normal" else 13)), shape(r), r.uniform(0.0, 1.0)
+    order = int(r.integers(4, 8 if kind == "normal" else 13))
+    s = shape(r)
+    a = r.uniform(0.0, 1.0)
     wave = kind != "normal" and r.random() < 0.5
 
     def value(*y):
@@ -68,7 +78,8 @@ def poles(r: Random) -> Problem:
     """Draw ratios whose denominator nearly vanishes in a corner of intervals."""
     count = int(r.integers(1, 3))
     variables = (*["interval"] * count, ("normal", "uniform")[r.integers(2)])
-    s, gap = shape(r), 10 ** r.uniform(-1.7, -0.3)
+    s = shape(r)
+    gap = 10 ** r.uniform(-1.7, -0.3)
     c = r.uniform(0.3, 1.0, count)
     c = c / c.sum() * r.choice([-1, 1], count)
 
@@ -82,7 +93,9 @@ def poles(r: Random) -> Problem:
 def corners(r: Random) -> Problem:
     """Draw sums of two or three intervals that saturate in one corner of them."""
     count = int(r.integers(2, 4))
-    s, stiff, at = shape(r, 0.6), 10 ** r.uniform(0, 1.3), r.uniform(0.55, 0.85)
+    s = shape(r, 0.6)
+    stiff = 10 ** r.uniform(0, 1.3)
+    at = r.uniform(0.55, 0.85)
     c = r.uniform(0.3, 1.0, count)
     c = c / c.sum() * r.choice([-1, 1], count)
 

@@ -18,7 +18,9 @@ ProblemWithOptions = tuple[Problem, dict]
 
 def uniform(r: Random) -> Problem:
     """Draw functions, most of them linear, of uniform and interval inputs."""
-    s, u, c = shape(r), shape(r), r.uniform(0.2, 2.0)
+    s = shape(r)
+    u = shape(r)
+    c = r.uniform(0.2, 2.0)
     number = int(r.integers(1, 4))
     if r.random() < 0.5:  # a sum
         kinds = ["uniform"] * number + ["interval"]
@@ -39,11 +41,13 @@ def uniform(r: Random) -> Problem:
 def many_inputs(r: Random) -> ProblemWithOptions:
     """Draw responses to 5 to 30 inputs, of which few or all matter."""
     inputs = int(r.integers(5, 31))
-    s, u = shape(r), shape(r)
+    s = shape(r)
+    u = shape(r)
     form = r.integers(5)
     if form == 0:  # the square of a sum
         variables = [("interval",), ("normal",), ("normal", "interval")][r.integers(3)]
-        offset, c = r.uniform(-0.5, 1.5), r.uniform(0.2, 1.0)
+        offset = r.uniform(-0.5, 1.5)
+        c = r.uniform(0.2, 1.0)
         terms = of_all(variables, lambda *y: s(y[-1]) * (c * sum(y[:-1]) + offset) ** 2)
         return Problem(variables, [terms], times(r)), {"inputs": inputs}
     if form == 1:  # a sum of functions of one variable each
@@ -64,12 +68,15 @@ def many_inputs(r: Random) -> ProblemWithOptions:
         )
         return Problem(variables, [terms], samples(count)), {"inputs": min(inputs, 16)}
     if form == 3:
-        a, c = linear(r, variables, 0.6), r.uniform(0.5, 2.0)
+        a = linear(r, variables, 0.6)
+        c = r.uniform(0.5, 2.0)
         terms = of_all(
             variables, lambda *y: np.exp(c * a(*y[:-1])) * s(y[-1]) + u(y[-1]) * a(*y[:-1])
         )
         return Problem(variables, [terms], times(r)), {"inputs": inputs}
-    gap, stiff, width = r.uniform(0.2, 0.8), r.uniform(2.0, 20.0), r.uniform(0.1, 0.4)
+    gap = r.uniform(0.2, 0.8)
+    stiff = r.uniform(2.0, 20.0)
+    width = r.uniform(0.1, 0.4)
 
     def stack(x, e, tau):
         total = e + width * x
@@ -81,7 +88,9 @@ def many_inputs(r: Random) -> ProblemWithOptions:
 
 def sums_of_normals(r: Random) -> ProblemWithOptions:
     """Draw kinks in a sum of two to four normal inputs."""
-    s, centre, gap = shape(r), r.uniform(-0.5, 1.5), r.uniform(0.1, 0.6)
+    s = shape(r)
+    centre = r.uniform(-0.5, 1.5)
+    gap = r.uniform(0.1, 0.6)
     forms: list[Formula] = [
         lambda y, tau: s(tau) * np.maximum(0, y - centre),
         lambda y, tau: s(tau) * np.abs(y - centre) + 0.3 * y,
@@ -105,8 +114,11 @@ def randoms(r: Random) -> ProblemWithOptions:
 
 def _single_kind(r: Random, kind: str) -> ProblemWithOptions:
     """Draw a response whose variables are all of one kind."""
-    variables, form = (kind,) * int(r.integers(1, 3)), r.integers(4)
-    s, a, b = shape(r), linear(r, variables, 0.7), linear(r, variables, 0.3)
+    variables = (kind,) * int(r.integers(1, 3))
+    form = r.integers(4)
+    s = shape(r)
+    a = linear(r, variables, 0.7)
+    b = linear(r, variables, 0.3)
     options = {"inputs": len(variables) + int(r.integers(0, 4))}
     if form < 2:
         count = periods(r)
@@ -128,7 +140,9 @@ def _single_kind(r: Random, kind: str) -> ProblemWithOptions:
 def units(r: Random) -> ProblemWithOptions:
     """Draw outputs of very different sizes, one that hardly varies and one that is constant."""
     problem = [ring, smooth, alias][r.integers(3)](r)
-    level, c, s = 10 ** r.uniform(1, 4), r.uniform(0.1, 1.0), shape(r)
+    level = 10 ** r.uniform(1, 4)
+    c = r.uniform(0.1, 1.0)
+    s = shape(r)
     others = [
         [Term(lambda y, tau: level + c * s(tau) * y, (0,))],  # hardly varies
         [Term(lambda y, tau: 0 * y + s(tau), (0,))],  # does not depend on the inputs

@@ -14,8 +14,11 @@ def kinks(r: Random) -> Problem:
     """Draw |x − c|, max(0, x − c) and dead zones in sums of inputs."""
     choices = [("normal",), ("interval",), ("normal", "interval"), ("uniform", "interval")]
     variables = choices[r.integers(len(choices))]
-    a, b, s = linear(r, variables, 1.0), linear(r, variables, 0.3), shape(r)
-    centre, drift = r.uniform(-0.8, 0.8), r.choice([0.0, 1.0]) * r.uniform(-1, 1)
+    a = linear(r, variables, 1.0)
+    b = linear(r, variables, 0.3)
+    s = shape(r)
+    centre = r.uniform(-0.8, 0.8)
+    drift = r.choice([0.0, 1.0]) * r.uniform(-1, 1)
     gap = r.uniform(0.1, 0.6)
 
     def at(*y):
@@ -33,8 +36,10 @@ def kinks(r: Random) -> Problem:
 
 def contact(r: Random) -> Problem:
     """Draw gaps that close only in a corner of the inputs, for example at the worst stack."""
-    s, c = shape(r, 0.6), r.uniform(0.2, 1.0)
-    stiff, gap = 10 ** r.uniform(0.3, 1.5), r.uniform(0.2, 0.9)
+    s = shape(r, 0.6)
+    c = r.uniform(0.2, 1.0)
+    stiff = 10 ** r.uniform(0.3, 1.5)
+    gap = r.uniform(0.2, 0.9)
     if r.random() < 0.5:
         variables = ("interval", "normal") if r.random() < 0.6 else ("interval",)
         spread = r.uniform(0.1, 0.4)
@@ -58,8 +63,10 @@ def friction(r: Random) -> Problem:
     """Draw amplitudes that fall linearly to zero, as with dry friction, and then rest."""
     choices = [("normal", "interval"), ("interval",), ("uniform", "interval"), ("normal",)]
     variables = choices[r.integers(len(choices))]
-    count, end = periods(r), r.uniform(0.5, 1.5)
-    a, turn = linear(r, variables, 0.1), turns(r, variables, 2.0)
+    count = periods(r)
+    end = r.uniform(0.5, 1.5)
+    a = linear(r, variables, 0.1)
+    turn = turns(r, variables, 2.0)
 
     def value(*y):
         amplitude = np.maximum(0, 1 - y[-1] / end / (1 + a(*y[:-1])))
@@ -74,11 +81,9 @@ def impact(r: Random) -> Problem:
     choices = [("normal", "interval"), ("interval",), ("uniform", "interval"), ("normal",)]
     variables = choices[r.integers(len(choices))]
     count = r.uniform(2.0, 6.0)
-    f, gap, shift = (
-        oscillation(r, variables, count, 2.0),
-        r.uniform(0.1, 0.6),
-        linear(r, variables, 0.1),
-    )
+    f = oscillation(r, variables, count, 2.0)
+    gap = r.uniform(0.1, 0.6)
+    shift = linear(r, variables, 0.1)
     stiff = r.uniform(1.0, 5.0)
     forms: list[Formula] = [
         lambda *y: stiff * np.maximum(0, f(*y) - gap - shift(*y[:-1])),

@@ -70,7 +70,8 @@ def narrow_problem(problem: Problem, centre: np.ndarray, size: np.ndarray) -> Pr
     """Return the problem in variables y = centre + size y′."""
 
     def narrow_term(term: Term) -> Term:
-        c, r = centre[list(term.on)], size[list(term.on)]
+        c = centre[list(term.on)]
+        r = size[list(term.on)]
 
         def formula(*y: np.ndarray) -> np.ndarray:
             old = [c[k] + r[k] * y[k] for k in range(len(c))]

@@ -26,7 +26,8 @@ def periods(r: Random) -> float:
 def turns(r: Random, variables: Sequence[str], max_phase: float = 4.0) -> Formula:
     """Draw by how many radians the phase varies at the end, as a function of the variables."""
     size = max_phase * 10 ** r.uniform(-1.3, 0.0)
-    first, curvature = linear(r, variables, size), quadratic(r, variables, 0.05 * size)
+    first = linear(r, variables, size)
+    curvature = quadratic(r, variables, 0.05 * size)
     return lambda *y: first(*y) + curvature(*y)
 
 
@@ -34,8 +35,10 @@ def oscillation(
     r: Random, variables: Sequence[str], count: float, max_phase: float = 4.0
 ) -> Formula:
     """Draw a decaying oscillation of so many periods."""
-    turn, start = turns(r, variables, max_phase), r.uniform(0, TAU)
-    size, decay = linear(r, variables, r.choice([0.0, 0.05, 0.2])), r.uniform(0.0, 3.0)
+    turn = turns(r, variables, max_phase)
+    start = r.uniform(0, TAU)
+    size = linear(r, variables, r.choice([0.0, 0.05, 0.2]))
+    decay = r.uniform(0.0, 3.0)
     damping = linear(r, variables, r.choice([0.0, 0.1, 0.3]))
     amplitude = r.uniform(0.3, 1.0)
 
@@ -68,7 +71,9 @@ def ring(r: Random) -> Problem:
     max_phase = 4.0 if len(variables) < 3 else 1.8
 
     def draw_formula() -> Formula:
-        f, s, a = oscillation(r, variables, count, max_phase), shape(r), linear(r, variables, 0.1)
+        f = oscillation(r, variables, count, max_phase)
+        s = shape(r)
+        a = linear(r, variables, 0.1)
         size = r.choice([0.0, 0.3, 1.0])
         return lambda *y: f(*y) + size * s(y[-1]) * (1 + a(*y[:-1]))
 
@@ -112,8 +117,10 @@ def modes(r: Random) -> Problem:
 def veering(r: Random) -> Problem:
     """Draw two coupled oscillators whose frequencies approach each other for some inputs."""
     variables = kinds(r, most_normal=1)
-    count, coupling = periods(r), r.uniform(0.01, 0.08)
-    detuning, common = linear(r, variables, r.uniform(0.01, 0.05)), linear(r, variables, 0.02)
+    count = periods(r)
+    coupling = r.uniform(0.01, 0.08)
+    detuning = linear(r, variables, r.uniform(0.01, 0.05))
+    common = linear(r, variables, 0.02)
     offset = r.uniform(-0.04, 0.04)
     decay = r.uniform(0.0, 2.0)
 
@@ -137,9 +144,11 @@ def veering(r: Random) -> Problem:
 def resonance(r: Random) -> Problem:
     """Draw an oscillator that is switched on close to its resonance."""
     variables = kinds(r, most_normal=1)
-    count, zeta = periods(r), r.uniform(0.02, 0.1)
+    count = periods(r)
+    zeta = r.uniform(0.02, 0.1)
     shift = linear(r, variables, r.uniform(0.01, 0.06))
-    ratio, gain = r.uniform(0.85, 1.15), linear(r, variables, 0.1)
+    ratio = r.uniform(0.85, 1.15)
+    gain = linear(r, variables, 0.1)
 
     def value(*y):
         inputs = y[:-1]
@@ -164,10 +173,13 @@ def beats(r: Random) -> Problem:
     """Draw two close frequencies on a base that decays."""
     variables = ("normal", "interval") if r.random() < 0.6 else ("interval", "normal", "interval")
     count = periods(r)
-    close_count, s, rate = count * r.uniform(1.05, 1.3), r.uniform(0.3, 2.0), r.uniform(1.0, 5.0)
+    close_count = count * r.uniform(1.05, 1.3)
+    s = r.uniform(0.3, 2.0)
+    rate = r.uniform(1.0, 5.0)
     max_phase = 4.0 if len(variables) < 3 else 1.8
     first, second = (oscillation(r, variables, k, max_phase) for k in (count, close_count))
-    a, b = linear(r, variables, 0.2), linear(r, variables, 0.1)
+    a = linear(r, variables, 0.2)
+    b = linear(r, variables, 0.1)
 
     def value(*y):
         base = s * (1 + a(*y[:-1])) * np.exp(-rate * (1 + b(*y[:-1])) * y[-1])

@@ -67,7 +67,8 @@ def stepped_problem(
     rng: np.random.Generator,
 ) -> Case:
     """Return a problem of another family with an error of step and mesh."""
-    problem, law = makers[rng.integers(len(makers))](rng), Law.draw(rng)
+    problem = makers[rng.integers(len(makers))](rng)
+    law = Law.draw(rng)
     units = int(rng.integers(2**31))
 
     def make_case(time: float, amplitude: float) -> Case:

@@ -44,7 +44,9 @@ def draw_response(seed: int, *, smooth: bool) -> tuple[Response, dict[str, Any],
     direction /= np.linalg.norm(direction)
     slopes = rng.normal(size=n + m) * rng.integers(0, 2, n + m)
     slopes[n + rng.integers(m)] = 1.0
-    size, share, jump = 10 ** rng.uniform(-0.5, 0.7), 10 ** rng.uniform(-2, -0.5), rng.integers(2)
+    size = 10 ** rng.uniform(-0.5, 0.7)
+    share = 10 ** rng.uniform(-2, -0.5)
+    jump = rng.integers(2)
     z = latin_hypercube_normals(SAMPLES, n, seed)
     projections = z @ direction[:n] + rng.uniform(-1, 1, (SAMPLES, m)) @ direction[n:]
     start = np.quantile(projections, 1 - share)

@@ -398,8 +398,10 @@ class Reference:
         TooLongError
             If that takes more than `MOST` evaluations, as for a contact that stays closed.
         """
-        n, count = len(self.mass), len(self.touches)
-        y, t = np.concatenate([self.start, self.velocities()]), float(times[0])
+        n = len(self.mass)
+        count = len(self.touches)
+        y = np.concatenate([self.start, self.velocities()])
+        t = float(times[0])
         closed = np.zeros(count, dtype=bool)
         impact_speeds = np.ones(count)
         evaluations = 0
@@ -451,7 +453,8 @@ class Reference:
             inside = (times >= t) & (times <= part.t[-1])
             if inside.any():
                 places[inside] = part.sol(times[inside])[:n].T
-            y, t = part.y[:, -1], float(part.t[-1])
+            y = part.y[:, -1]
+            t = float(part.t[-1])
             # Change the state of what has closed, opened or been pressed in.
             g, rates = self.gaps(y[:n], y[n:])
             fastest = max(fastest, float(np.abs(rates).max()))

@@ -30,7 +30,8 @@ def cantilever(rng: np.random.Generator) -> Run:
     area = 0.02 * height
     second = 0.02 * height**3 / 12
     period = 2 * np.pi / 3.516 * length**2 * np.sqrt(density * area / (modulus * second))
-    force, rise = rng.uniform(0.1, 1.5) * modulus * second / length**2, rng.uniform(0, 1) * period
+    force = rng.uniform(0.1, 1.5) * modulus * second / length**2
+    rise = rng.uniform(0, 1) * period
     beam = fb.Beam(
         length=length, height=height, width=0.02, density=density, youngs_modulus=modulus,
         poissons_ratio=0.3, elements=int(rng.integers(2, 7)),

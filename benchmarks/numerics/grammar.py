@@ -117,7 +117,8 @@ class Grammar:
             "friction": self.pick([0.0, 0.2, fb.contact.Coulomb(kinetic=0.2, static=0.3)])
         }
         friction_options = friction_options if self.chance(0.3) else {}
-        axis, angle = self.pick([(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)]), self.angle()
+        axis = self.pick([(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)])
+        angle = self.angle()
         length = self.pick([0.5, 0.7, lambda t: 0.5 + 0.01 * np.sin(9.0 * t)])
         clearance_options = {"clearance": self.pick([1e-4, 0.3]), "law": LAW, "radius": 0.02}
         kinds = [
@@ -142,10 +143,12 @@ class Grammar:
 
     def load(self) -> Any:
         (first, second), contact = self.pair(), fb.contact
-        friction_options, closed = {"friction": self.pick([None, 0.0, 0.3])}, self.chance(0.3)
+        friction_options = {"friction": self.pick([None, 0.0, 0.3])}
+        closed = self.chance(0.3)
         floor = contact.CircleOnLine(radius=self.pick([0.0, 0.05]))
         circles = contact.CircleOnCircle(radii=(0.05, 0.1))
-        upper, time = self.pick([None, 0.3]), self.function()
+        upper = self.pick([None, 0.3])
+        time = self.function()
         kinds = [
             lambda: fb.Spring(first, second, 100.0, self.pick([None, 0.0, 0.4]), damping=0.5),
             lambda: fb.TorsionSpring(first, second, 5.0, self.pick([None, 0.3])),

@@ -41,14 +41,18 @@ Formula = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 def even(rng: np.random.Generator) -> Formula:
     """Return cosh, cos or a square of x, and b y."""
-    a, b, kind = rng.uniform(0.3, 1.2), rng.uniform(-0.4, 0.4), rng.integers(3)
+    a = rng.uniform(0.3, 1.2)
+    b = rng.uniform(-0.4, 0.4)
+    kind = rng.integers(3)
     shape = (lambda x: np.cosh(a * x), lambda x: -np.cos(0.8 * a * x), lambda x: a * x**2)[kind]
     return lambda x, y: shape(x) + b * y
 
 
 def odd(rng: np.random.Generator) -> Formula:
     """Return sinh, a cube or an inverse tangent of x, and b y."""
-    a, b, kind = rng.uniform(0.3, 1.2), rng.uniform(-0.4, 0.4), rng.integers(3)
+    a = rng.uniform(0.3, 1.2)
+    b = rng.uniform(-0.4, 0.4)
+    kind = rng.integers(3)
     shapes = (
         lambda x: np.sinh(a * x),
         lambda x: x + 0.2 * a * x**3,
@@ -59,26 +63,33 @@ def odd(rng: np.random.Generator) -> Formula:
 
 def product(rng: np.random.Generator) -> Formula:
     """Return x + b y + a x y."""
-    a, b = rng.uniform(0.2, 1.0), rng.uniform(0.0, 1.0)
+    a = rng.uniform(0.2, 1.0)
+    b = rng.uniform(0.0, 1.0)
     return lambda x, y: x + b * y + a * x * y
 
 
 def centred_product(rng: np.random.Generator) -> Formula:
     """Return a x y, or a (x² − 1) y, of which no single variable tells."""
-    a, b, power = rng.uniform(0.3, 1.0), rng.uniform(0.0, 0.1), rng.integers(1, 3)
+    a = rng.uniform(0.3, 1.0)
+    b = rng.uniform(0.0, 0.1)
+    power = rng.integers(1, 3)
     return lambda x, y: a * (x if power == 1 else x**2 - 1) * y + b * x
 
 
 def ridge(rng: np.random.Generator) -> Formula:
     """Return a function of one direction."""
-    angle, a, kind = rng.uniform(0, np.pi), rng.uniform(0.3, 0.9), rng.integers(3)
+    angle = rng.uniform(0, np.pi)
+    a = rng.uniform(0.3, 0.9)
+    kind = rng.integers(3)
     shape = (np.exp, np.tanh, lambda z: np.logaddexp(0, 3 * z - 3))[kind]
     return lambda x, y: shape(a * (np.cos(angle) * x + np.sin(angle) * y)) + 0.05 * y
 
 
 def kink(rng: np.random.Generator) -> Formula:
     """Return x + a y + b max(0, x − c), or |x − c| + a y."""
-    a, b, c = rng.uniform(-0.5, 0.5), rng.uniform(0.5, 3.0), rng.uniform(-1.0, 2.5)
+    a = rng.uniform(-0.5, 0.5)
+    b = rng.uniform(0.5, 3.0)
+    c = rng.uniform(-1.0, 2.5)
     if rng.integers(2):
         return lambda x, y: np.abs(x - c) + a * y
     return lambda x, y: x + a * y + b * np.maximum(0.0, x - c)
@@ -86,7 +97,9 @@ def kink(rng: np.random.Generator) -> Formula:
 
 def pole(rng: np.random.Generator) -> Formula:
     """Return a function that is large beyond all runs of low order: 1/cos, or a resonance."""
-    a, b, d = rng.uniform(0.1, 0.35), rng.uniform(0.0, 0.2), rng.uniform(1.15, 2.0)
+    a = rng.uniform(0.1, 0.35)
+    b = rng.uniform(0.0, 0.2)
+    d = rng.uniform(1.15, 2.0)
     if rng.integers(2):
         return lambda x, y: 1 / np.cos(1.5 * np.tanh(a * x)) + b * y
     return lambda x, y: (1 + 0.3 * b * y) / (d - np.tanh(2 * a * x))

@@ -35,38 +35,46 @@ Formula = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 def exponential(rng: np.random.Generator) -> Formula:
     """Return exp(a x + b y)."""
-    a, b = rng.uniform(0.05, 0.5), rng.uniform(-0.3, 0.3)
+    a = rng.uniform(0.05, 0.5)
+    b = rng.uniform(-0.3, 0.3)
     return lambda x, y: np.exp(a * x + b * y)
 
 
 def cubic(rng: np.random.Generator) -> Formula:
     """Return x + a x³ + b y."""
-    a, b = rng.uniform(0.0, 0.05), rng.uniform(-0.5, 0.5)
+    a = rng.uniform(0.0, 0.05)
+    b = rng.uniform(-0.5, 0.5)
     return lambda x, y: x + a * x**3 + b * y
 
 
 def hyperbolic(rng: np.random.Generator) -> Formula:
     """Return (1 + a y)/(b − tanh(c x)): a resonance that is approached."""
-    a, b, c = rng.uniform(0.0, 0.1), rng.uniform(1.3, 3.0), rng.uniform(0.1, 0.4)
+    a = rng.uniform(0.0, 0.1)
+    b = rng.uniform(1.3, 3.0)
+    c = rng.uniform(0.1, 0.4)
     return lambda x, y: (1 + a * np.tanh(y)) / (b - np.tanh(c * x))
 
 
 def quadratic(rng: np.random.Generator) -> Formula:
     """Return x + a x tanh(y) + b y²."""
-    a, b = rng.uniform(-0.5, 0.5), rng.uniform(0.0, 0.3)
+    a = rng.uniform(-0.5, 0.5)
+    b = rng.uniform(0.0, 0.3)
     return lambda x, y: x + a * x * np.tanh(y) + b * y**2
 
 
 def bend(rng: np.random.Generator) -> Formula:
     """Return x + a y + b max(0, x − c), rounded."""
-    a, b, c = rng.uniform(-0.5, 0.5), rng.uniform(-0.7, 1.5), rng.uniform(1.0, 3.0)
+    a = rng.uniform(-0.5, 0.5)
+    b = rng.uniform(-0.7, 1.5)
+    c = rng.uniform(1.0, 3.0)
     width = rng.uniform(0.1, 0.5)
     return lambda x, y: x + a * y + b * width * np.logaddexp(0, (x - c) / width)
 
 
 def saturation(rng: np.random.Generator) -> Formula:
     """Return tanh(a x) + b y."""
-    a, b = rng.uniform(0.1, 0.4), rng.uniform(0.05, 0.3)
+    a = rng.uniform(0.1, 0.4)
+    b = rng.uniform(0.05, 0.3)
     return lambda x, y: np.tanh(a * x) + b * y
 
 

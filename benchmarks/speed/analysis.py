@@ -46,7 +46,8 @@ DECAY = 0.6
 
 def formula(times: int, outputs: int, count: int, rings: bool) -> tuple[Callable, dict]:
     """Return a response and its inputs."""
-    t, weight = np.linspace(0, 1, times), DECAY ** np.arange(count)
+    t = np.linspace(0, 1, times)
+    weight = DECAY ** np.arange(count)
     matrix = np.random.default_rng(1).standard_normal((outputs, count)) * weight
     names = [f"v{k:02}" for k in range(count)]
 
@@ -110,7 +111,8 @@ def replay(case: str) -> None:
         work: Callable[[], object] = expand if kind == "analysis" else narrow_bands
         work()
         simulation_seconds = 0.0
-        begin, wall = time.process_time(), time.perf_counter()
+        begin = time.process_time()
+        wall = time.perf_counter()
         work()
         seconds = time.process_time() - begin, time.perf_counter() - wall
     print(*seconds, surrogate.bands().attrs["runs"], 0, simulation_seconds)

@@ -151,7 +151,8 @@ def main() -> None:
     arguments = options(__doc__, 10_000)
     mechanism = runpy.run_path(str(ROOT / "examples" / "paper" / "slider_crank.py"))["slider_crank"]
     system = assemble(mechanism(np.linspace(0.194, 0.206, WIDTH), 1000.0, 69e9, 0.34))
-    structure, values = system.structure, pack(system, np.array([0.0, 1e-3]))(0)
+    structure = system.structure
+    values = pack(system, np.array([0.0, 1e-3]))(0)
     work = WorkSpace.from_structure(structure)
     work.smallest[:] = 1e-7
     start(structure, values, work, np.zeros((4, WIDTH)), False, 1.0)

@@ -69,7 +69,9 @@ def wait_until(condition, process=None):
 
 @pytest.mark.parametrize("seed", [1])
 def test_a_study_that_is_killed_goes_on_where_it_was(seed, tmp_path):
-    folder, log, random = tmp_path / "s", tmp_path / "log", Random(seed)
+    folder = tmp_path / "s"
+    log = tmp_path / "log"
+    random = Random(seed)
     before: dict[str, bytes] = {}
     for _ in range(4):
         first_count = len(runs_of(log))

@@ -95,7 +95,8 @@ class Oscillator:
 
 def test_no_number_is_promised_that_is_exceeded(capsys, monkeypatch):
     monkeypatch.setattr(shown, "PERIOD", 0.0)
-    inputs, method = {"a": fb.Interval(0.5, 2.0), "b": fb.Normal(0.0, 0.1)}, fb.AdaptivePCCI()
+    inputs = {"a": fb.Interval(0.5, 2.0), "b": fb.Normal(0.0, 0.1)}
+    method = fb.AdaptivePCCI()
     for response, text in (
         (Oscillator(), "0 runs so far, at most 201 with the same step and elements"),
         (Oscillator().__call__, "0 of at most 201 runs"),

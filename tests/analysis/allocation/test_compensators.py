@@ -103,7 +103,8 @@ def test_two_compensators():
 @pytest.mark.parametrize("seed", range(2))
 def test_quadratic_responses_against_brute_force(seed):
     rng = np.random.default_rng(seed)
-    linear, square = rng.normal(size=(3, 6)), 0.3 * rng.normal(size=(3, 3, 6))
+    linear = rng.normal(size=(3, 6))
+    square = 0.3 * rng.normal(size=(3, 3, 6))
 
     def quadratic(a, b, c):
         x = np.stack([a, b, c], axis=1)

@@ -187,7 +187,8 @@ def test_each_time_has_bounds_of_its_own():
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_at_each_time_ends_are_in_order_and_no_sample_stands_alone(seed):
     """A Gaussian process of standard deviation s(t) around e g(t), from 1e-2 down to 1e-30."""
-    size, g = 0.3 + 0.9 * np.sin(np.pi * T) ** 2, 0.3 * np.cos(2 * np.pi * T)
+    size = 0.3 + 0.9 * np.sin(np.pi * T) ** 2
+    g = 0.3 * np.cos(2 * np.pi * T)
 
     def response(e, a, b):
         wave = a[:, None] * np.cos(6 * T) + b[:, None] * np.sin(6 * T)

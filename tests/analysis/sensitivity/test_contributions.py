@@ -113,7 +113,8 @@ def test_contributions_are_those_of_studies_with_the_input_fixed(name, all_contr
 
 def test_inputs_are_fixed_at_their_means():
     """Not at their medians, also if they are correlated."""
-    x, y = fb.LogNormal(mean=1.0, cv=0.5), fb.Gumbel(mean=2.0, std=0.4)
+    x = fb.LogNormal(mean=1.0, cv=0.5)
+    y = fb.Gumbel(mean=2.0, std=0.4)
     for inputs in ({"x": x, "y": y}, {"pair": fb.Correlated({"x": x, "y": y}, 0.5)}):
         inputs |= {"e": fb.Interval(-1.0, 1.0)}
         surrogate = fb.expand(lambda x, y, e: x * y * e, inputs, fb.PCCI(4, 1))

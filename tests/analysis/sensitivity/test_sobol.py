@@ -74,7 +74,8 @@ def test_g_function():
 
 def test_an_interval_coefficient_and_no_variance():
     """e sin 2πt x + y cos 2πt: shares of squares; at t = 1/4 no y, and e = 0 leaves nothing."""
-    wave, cosine = np.sin(2 * np.pi * T), np.round(np.cos(2 * np.pi * T), 12)
+    wave = np.sin(2 * np.pi * T)
+    cosine = np.round(np.cos(2 * np.pi * T), 12)
 
     def response(e, x, y):
         return over_time(e[:, None] * wave * x[:, None] + cosine * y[:, None])

@@ -191,7 +191,8 @@ def test_samples_of_divided_members_do_not_depend_on_each_other():
         clamp = {"w": fb.Weld("b.start", (0.0, 0.0))}
         return beam_on_supports(beam, {"F": fb.Force("b.0.7", y=-30.0)}, ["0.3", "0.7"], clamp)
 
-    length, factor = np.array([1.0, 1.3, 0.8]), np.array([[1.0], [1.2], [0.9]])
+    length = np.array([1.0, 1.3, 0.8])
+    factor = np.array([[1.0], [1.2], [0.9]])
     batch = fb.equilibrium(build(length, lambda x: E * factor * (1 + x))).to_numpy()
     for k in range(3):
         mechanism = build(length[k : k + 1], lambda x, k=k: E * factor[k] * (1 + x))

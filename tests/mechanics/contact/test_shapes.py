@@ -66,7 +66,8 @@ def nearest(x, y):
 
 def rates_of(law, place, gravity, approach_speed):
     """Return ÿ of a ball of 1 kg in contact with what is `nearest`, for its `approach_speed`."""
-    stiffness, damping = law.stiffness, float(law.damping(np.asarray(law.restitution)))
+    stiffness = law.stiffness
+    damping = float(law.damping(np.asarray(law.restitution)))
 
     def rates(_, y):
         qx, qy = nearest(*y[:2]) if place is None else place
@@ -129,7 +130,9 @@ def test_a_ball_that_falls_on_the_end_of_a_line_leaves_it_sideways(x):
 
 def test_a_ring_and_the_ball_in_it_have_the_motion_of_their_reduced_mass():
     """The centre moves on; the ball's place in the hole is that of a mass m₁m₂/(m₁ + m₂)."""
-    inner, hole, m = 0.02, 0.05, np.array([1.0, 3.0])
+    inner = 0.02
+    hole = 0.05
+    m = np.array([1.0, 3.0])
     law = linear(stiffness=1e5)
     start = (0.01, 0.0)
     velocities = ((0.3, 1.1), (-0.2, 0.0))

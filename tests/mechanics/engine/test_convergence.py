@@ -106,7 +106,11 @@ def test_a_thick_beam_converges_to_timoshenkos_and_the_plain_element_to_a_stiffe
 
     `FullIntegration` has E/(1 − ν²) and k = 1 there, on the finest mesh.
     """
-    E, rho, area, second, nu = 7e10, 2700.0, 0.04, 0.1 * 0.4**3 / 12, np.array([0.0, 0.3, 0.45])
+    E = 7e10
+    rho = 2700.0
+    area = 0.04
+    second = 0.1 * 0.4**3 / 12
+    nu = np.array([0.0, 0.3, 0.45])
     EI = E * second / (1 - locks * nu**2)
     kGA = E * area / (2 * (1 + nu)) * (1.0 if locks else 10 * (1 + nu) / (12 + 11 * nu))
     wave = np.arange(1, 3)[:, None] * np.pi / 2.0  # κ = nπ/L

@@ -142,7 +142,8 @@ def test_bristles_bend_until_they_slide():
         sensors={"z": fb.LawState("felt", "z", "m"), "F": fb.Reaction("drive")},
     )
     motion = fb.simulate(mechanism, duration=0.05, step=1e-4)
-    t, level = motion["time"].values, 2.0 + np.exp(-((u / 0.05) ** 2))
+    t = motion["time"].values
+    level = 2.0 + np.exp(-((u / 0.05) ** 2))
     decay = np.exp(-1e4 * u * t / level)
     np.testing.assert_allclose(at(motion, "z"), level / 1e4 * (1 - decay), atol=2e-8)
     force = np.hypot(at(motion, "F_X"), at(motion, "F_Y"))

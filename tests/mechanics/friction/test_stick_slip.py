@@ -61,7 +61,9 @@ def test_a_block_on_a_belt_has_the_cycle_of_its_coefficients():
     lower_end = static_stretch - 2 * half_width
     cycle = stick + slip
     motion = simulate(belt, begin + 3 * cycle, 240, tolerance=1e-11)
-    t, x, u = motion["time"].values, values(motion, "x_X"), values(motion, "u_speed")
+    t = motion["time"].values
+    x = values(motion, "x_X")
+    u = values(motion, "u_speed")
     # Durations of sticking and of slipping, by the middles of three stages of sticking.
     middles = [begin + n * cycle - stick / 2 for n in (1, 2, 3)]
     middle_indices = [int(np.abs(t - middle).argmin()) for middle in middles]

@@ -90,7 +90,8 @@ def test_a_free_motion_has_no_instantaneous_outputs():
 
 
 def test_a_slider_is_moved_and_turned_in_its_guide():
-    axis, angle = (2.0, 1.0), np.arctan2(1.0, 2.0)
+    axis = (2.0, 1.0)
+    angle = np.arctan2(1.0, 2.0)
     block = fb.RigidBody.block(length=0.2, height=0.1, **{k: BAR[k] for k in ("width", "density")})
 
     def slide(slider):

@@ -194,7 +194,8 @@ def test_motor_between_two_bodies_engages():
     """From then on the second rotor turns at 2 rad/s more; the angle goes on from where it is."""
     drive = fb.PrescribedRotation("b", "a", lambda t: 2.0 * t)
     motion = rotors(Switched(drive, lambda t: t > 0.123))
-    t, at = motion.time.values, {name: motion.sel(output=name) for name in motion.output.values}
+    t = motion.time.values
+    at = {name: motion.sel(output=name) for name in motion.output.values}
     speed = (0.4 * 3.0 - 0.1 * 7.0 - 0.1 * 2.0) / 0.5
     np.testing.assert_allclose(at["wa"], np.where(t > 0.123, speed, 3.0), atol=1e-6)
     np.testing.assert_allclose(at["wb"], np.where(t > 0.123, speed + 2.0, -7.0), atol=1e-6)

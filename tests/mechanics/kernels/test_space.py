@@ -309,7 +309,8 @@ def test_frequencies_of_a_body_on_six_skew_springs():
     """Those of M⁻¹ Σ k l lᵀ, where l = (n, r × n) of the line of each spring."""
     rng = np.random.default_rng(4)
     tilt = Rotation.from_euler("xyz", [0.5, -0.4, 0.3])
-    anchors, levers = rng.uniform(1, 2, (6, 3)), rng.uniform(-0.5, 0.5, (6, 3))
+    anchors = rng.uniform(1, 2, (6, 3))
+    levers = rng.uniform(-0.5, 0.5, (6, 3))
     stiffness = rng.uniform(100, 900, 6)
 
     def enters(model):

@@ -256,7 +256,8 @@ def test_a_state_that_begins_at_zero_is_judged_by_the_size_it_gets(size, time):
     )
     integrator = fb.GeneralizedAlpha(step_tolerance=1e-7)
     motion = fb.simulate(model, duration=5.0, step=0.01, integrator=integrator).sel(output="s")
-    t, phase = motion.time.values, np.arctan(3.0 * time)
+    t = motion.time.values
+    phase = np.arctan(3.0 * time)
     exact = np.cos(3.0 * t - phase) - np.cos(phase) * np.exp(-t / time)
     exact *= size / np.hypot(1.0, 3.0 * time)
     np.testing.assert_allclose(motion.values.ravel(), exact, atol=2e-5 * size)

@@ -230,7 +230,9 @@ def drag(t, x, v, p, force):
 
 def test_a_law_of_the_users_own():
     """Fall with drag in proportion to v²: v = v∞ tanh(g t/v∞)."""
-    m, g, c = 2.0, 9.81, np.linspace(0.1, 0.5, 11)
+    m = 2.0
+    g = 9.81
+    c = np.linspace(0.1, 0.5, 11)
     model = fb.Mechanism(
         bodies={"m": fb.PointMass(mass=m)},
         loads={"drag": fb.ForceLaw(["m"], drag, (c, lambda t: -m * g))},

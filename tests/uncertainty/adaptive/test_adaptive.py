@@ -152,7 +152,8 @@ def test_an_interval_and_a_lognormal_variable(p, q, slope, half, cv):
     """Of a^p S^q + c a, E S^q and E S^2q are known; a first fit has few terms of each input."""
     inputs = {"a": fb.Interval(1 - half, 1 + half), "S": fb.LogNormal(1.0, cv=cv)}
     bands = fb.propagate(lambda a, S: a**p * S**q + slope * a, inputs, fb.AdaptivePCCI())
-    a, variance = np.linspace(1 - half, 1 + half, 2001), np.log(1 + cv**2)
+    a = np.linspace(1 - half, 1 + half, 2001)
+    variance = np.log(1 + cv**2)
     mean = np.exp((q**2 - q) * variance / 2)
     std = mean * np.sqrt(np.expm1(q**2 * variance))
     low = a**p * (mean - std) + slope * a

@@ -69,7 +69,8 @@ def test_bounds_of_random_polynomials_are_not_below_a_dense_scan(m, order, discs
 
 def minimum(polynomial, discs, start):
     """Return the minimum near a place, in the radius and the angle of each disc, by SciPy."""
-    x, bounds = start.copy(), [(-1.0, 1.0)] * len(start)
+    x = start.copy()
+    bounds = [(-1.0, 1.0)] * len(start)
     for k in discs:
         x[k] = np.hypot(*start[k : k + 2])
         x[k + 1] = np.arctan2(start[k + 1], start[k])

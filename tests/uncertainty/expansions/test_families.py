@@ -189,7 +189,8 @@ def waves(uniform, normal, times, mixed=0.0):
 )
 def test_phases_of_several_inputs(uniform, normal, kernel, monkeypatch):
     """Exact products of sin(at)/(at) and e^{−s²t²/2}, by whatever quadrature."""
-    calls, original = [], getattr(terms, kernel)
+    calls = []
+    original = getattr(terms, kernel)
     monkeypatch.setattr(terms, kernel, lambda *a: (calls.append(1), original(*a)))
     times = np.linspace(4.0, 12.0, 4)
     results = waves(uniform, normal, times).extremes(SIGMAS)

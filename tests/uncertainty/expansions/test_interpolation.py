@@ -111,7 +111,8 @@ def test_fits_refer_to_the_runs(monkeypatch, max_runs):
         return reason
 
     monkeypatch.setattr(Adaptation, "run", run)
-    t, inputs = np.linspace(0, 1, 5), {"a": fb.Interval(0, 1), "b": fb.Normal(0, 0.3)}
+    t = np.linspace(0, 1, 5)
+    inputs = {"a": fb.Interval(0, 1), "b": fb.Normal(0, 0.3)}
     method = fb.AdaptivePCCI(tolerance=1e-4, max_runs=max_runs)
     surrogate = fb.expand(lambda a, b: np.exp(a * b)[:, None] * t, inputs, method)
     memory = adaptations[0].made.memory.values

@@ -145,15 +145,17 @@ def exact(distribution, f):
     if distribution.frozen is None:  # normal kernels
         c, p, h = distribution.kernels
         t = np.linspace(-8, 8, 801)
-        x, w = c[:, None] + h[:, None] * t, p[:, None] * np.exp(-t * t / 2)
+        x = c[:, None] + h[:, None] * t
+        w = p[:, None] * np.exp(-t * t / 2)
         w /= w.sum()
         mean = np.sum(w * f(x))
         return mean, np.sqrt(np.sum(w * (f(x) - mean) ** 2))
     low, high = distribution.frozen.ppf([1e-14, 1 - 1e-14])
-    pdf, kinks = (
-        distribution.frozen.pdf,
-        [distribution.frozen.mean(), getattr(distribution, "mode", distribution.frozen.median())],
-    )
+    pdf = distribution.frozen.pdf
+    kinks = [
+        distribution.frozen.mean(),
+        getattr(distribution, "mode", distribution.frozen.median()),
+    ]
     if distribution == KINDS["singular"]:  # no density at the ends
         low = 0.0
         high = 1.0

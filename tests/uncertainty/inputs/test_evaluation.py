@@ -91,7 +91,8 @@ def test_the_dim_sample_may_be_anywhere():
 
 
 def test_a_buffer_that_is_used_again_is_copied():
-    times, buffer = TIMES.copy(), np.empty((4, 4))
+    times = TIMES.copy()
+    buffer = np.empty((4, 4))
 
     def reusing(x, e):
         times[:] = TIMES

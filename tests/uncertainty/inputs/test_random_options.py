@@ -106,7 +106,9 @@ def test_the_least_probability_is_that_of_all_options_at_one_place():
 
 def test_a_ringing_frequency_that_depends_on_an_option():
     """E cos(ω t) of two groups of frequencies: that of each group has a closed form."""
-    time, shares, rates = np.linspace(0.0, 2.0, 161), np.array([0.3, 0.7]), np.array([5.0, 5.3])
+    time = np.linspace(0.0, 2.0, 161)
+    shares = np.array([0.3, 0.7])
+    rates = np.array([5.0, 5.3])
 
     def ringing(grade, f, e):
         frequency = np.asarray(grade) * np.asarray(e) + np.asarray(f)

@@ -160,7 +160,7 @@ def outcome(case: Case, seed: int) -> Outcome:
     rng = np.random.default_rng(seed)
     (corridor,) = corridors(limit, surrogate.labels).values()
     state = LimitState.from_surrogate(
-        surrogate, corridor, np.zeros(surrogate.labels.shape[1:]), rng
+        surrogate, [corridor], np.zeros(surrogate.labels.shape[1:]), rng
     )
     rare_samples = rare(lambda u: state.least(u, eta), surrogate.space.random_dimension, rng)
     at = estimate(state, state, eta, rare_samples, 0.025, rng)

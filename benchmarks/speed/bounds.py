@@ -129,11 +129,15 @@ def main() -> None:
 
     fb.propagate(record_call, inputs, method)  # also compiles
     values, runs = calls[0]
+
+    def look_up(**values):
+        """Return the recorded runs; the one that is repeated as a check is simulated."""
+        count = max(len(value) for value in values.values() if isinstance(value, np.ndarray))
+        return runs if count == len(runs) else response(**values)
+
     cases = {
         "simulations": lambda: seconds(response, **values),
-        "flexband: fit, moments, bounds": lambda: seconds(
-            fb.propagate, lambda **_: runs, inputs, method
-        ),
+        "flexband: fit, moments, bounds": lambda: seconds(fb.propagate, look_up, inputs, method),
     }
     # Surrogates of oscillations.
     full_size = arguments.samples >= 256

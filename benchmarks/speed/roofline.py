@@ -16,9 +16,8 @@ import numpy as np
 from benchmarks.harness import ROOT, alternate, medians, options, report
 from benchmarks.speed.kernels import kernel_cases, kernel_time
 from flexband.mechanics.assembly.packing import pack
-from flexband.mechanics.assembly.structure import WorkSpace
 from flexband.mechanics.assembly.system import assemble
-from flexband.mechanics.engine.initial_conditions import start
+from flexband.mechanics.engine.batch import begin
 from flexband.mechanics.kernels import (
     angles,
     equations,
@@ -153,9 +152,7 @@ def main() -> None:
     system = assemble(mechanism(np.linspace(0.194, 0.206, WIDTH), 1000.0, 69e9, 0.34))
     structure = system.structure
     values = pack(system, np.array([0.0, 1e-3]))(0)
-    work = WorkSpace.from_structure(structure)
-    work.smallest[:] = 1e-7
-    start(structure, values, work, np.zeros((4, WIDTH)), False, 1.0)
+    work, _ = begin(system, values)
     z = work.z
     matrix = work.matrix
     pattern = structure.pattern
@@ -176,8 +173,8 @@ def main() -> None:
             lambda: factorization.solve(pattern, pattern.below, matrix, (work.r,))
         ),
     }
-    start(structure, values, work, np.zeros((4, WIDTH)), False, 1.0)
     # Measure their times.
+    work, _ = begin(system, values)
     array = zeros(3) + 0.5
     repeats = np.int64(arguments.samples)
     cases = {"multiply-adds": lambda: kernel_time(multiply_adds, repeats, array)}

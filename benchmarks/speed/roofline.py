@@ -119,7 +119,7 @@ def counting():
         "add_to": lambda array, row, value: array.__setitem__(
             (row, 0), Counted(array[row, 0]) + value
         ),
-        "filled": Counted,
+        "splat": Counted,
         "less": lambda a, b: Counted(float.__lt__(a, b)),
         "where": lambda mask, a, b: a if mask else b,
         "magnitude": lambda a: Counted(abs(float(a))),

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.basics.prescribed_motion import prescribing
+from flexband.basics.prescribed_motion import set_driven_part
 from flexband.basics.user_functions import function_text
 from flexband.basics.warning import warn
 from flexband.errors import ResolutionWarning
@@ -69,7 +69,7 @@ def tabulate(
             if isinstance(function, Composed):
                 user = function.inner
                 outer = function.outer
-            with prescribing(driven[f]):
+            with set_driven_part(driven[f]):
                 if user not in motions:
                     motions[user] = _Motion.from_function(function, samples, times)
                     names.append(driven[f])

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.basics.checks import check_arguments, check_integer, check_option
-from flexband.basics.progress import Advance, Progress, RunListener, listener, listening
+from flexband.basics.progress import Advance, Progress, RunListener, add_listener, listener
 from flexband.basics.response import ResponseFunction, as_response
 from flexband.basics.warning import warning_once
 from flexband.basics.words import all_of, are, number_of, value_text
@@ -165,7 +165,7 @@ class Evaluations:
         within = RunListener((lambda done, total: advance(0, done)) if one_call_at_a_time else None)
         response = evaluation.response.original
         # Take each call as it ends; it may be unclear which of its runs failed.
-        with listening(within), closing(self.perform(response, tasks)) as outcomes:
+        with add_listener(within), closing(self.perform(response, tasks)) as outcomes:
             for number, outcome in outcomes:
                 part, seconds = parts[number], outcome.seconds / len(parts[number])
                 evaluation.remark(part, outcome.remarks)

@@ -196,7 +196,7 @@ class Advance(Protocol):
 
 
 def run_counter(progress: Progress | None, total: int) -> Advance:
-    """Return a function that counts finished runs and tells `progress` their number, if there is one."""
+    """Return a function that counts finished runs and tells `progress`, if there is one."""
     done = 0
 
     def advance(finished: int, under_way: int = 0, /) -> None:

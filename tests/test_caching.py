@@ -65,15 +65,15 @@ def package(tmp_path, monkeypatch):
 def test_code_is_kept_until_something_changes(package, monkeypatch):
     """Whether there is code does not depend on the signature."""
     entry = importlib.import_module("springs.kernel").force
-    assert not caching.kept(entry)
+    assert not caching.is_compiled(entry)
     entry(2.0, np.zeros(1))
-    assert caching.kept(entry)
+    assert caching.is_compiled(entry)
     forget()
     write(package.parent, stiffness=3.0)
     entry = importlib.import_module("springs.kernel").force
-    assert not caching.kept(entry)
+    assert not caching.is_compiled(entry)
     monkeypatch.setattr(caching, "_may_write", lambda folder: False)
-    assert caching.kept(entry)
+    assert caching.is_compiled(entry)
 
 
 def forget():

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flexband.basics import computation as module
-from flexband.basics.computation import parsed, source_hash
+from flexband.basics.computation import parse_source, source_hash
 
 CODE = '''"""Springs."""
 
@@ -36,14 +36,17 @@ def force(k, x):
 
 
 def test_a_comment_changes_nothing_and_a_constant_does():
-    assert parsed(CODE.encode()) == parsed(COMMENTED.encode())
-    assert parsed(CODE.encode()).hash != parsed(COMMENTED.replace("* x", "+ x").encode()).hash
+    assert parse_source(CODE.encode()) == parse_source(COMMENTED.encode())
+    assert (
+        parse_source(CODE.encode()).hash
+        != parse_source(COMMENTED.replace("* x", "+ x").encode()).hash
+    )
 
 
 @given(st.floats(1.0, 10.0), st.floats(1.0, 10.0))
 def test_any_other_number_changes_the_hash(a, b):
     codes = (CODE.replace("3.0", repr(x)).encode() for x in (a, b))
-    assert (len({parsed(code).hash for code in codes}) == 1) == (a == b)
+    assert (len({parse_source(code).hash for code in codes}) == 1) == (a == b)
 
 
 @pytest.fixture
@@ -66,7 +69,7 @@ def test_hashes_are_remembered_by_time_and_size(package, monkeypatch):
     file = package / "laws" / "springs.py"
     first = fresh_hash()
     with monkeypatch.context() as patch:
-        patch.setattr(module, "parsed", None)  # nothing is parsed again
+        patch.setattr(module, "parse_source", None)  # nothing is parse_source again
         assert fresh_hash() == first
     time.sleep(0.05)
     file.write_text(CODE.replace("# Hooke", "# Hooke's law"), encoding="utf-8")
@@ -93,7 +96,7 @@ def test_a_file_that_has_just_changed_is_not_remembered(package, monkeypatch):
 def test_hashes_do_not_depend_on_the_version_of_python():
     """Hashes of Python 3.11, 3.12 and 3.13."""
     code = b"def f(x, *a, k=1.5, **b):\n    return [f'{x}{a!r}', *a, b'1', 2j, None, ...]\n"
-    assert parsed(code).hash == "6535e5e0aba03de24b76dcff32f0699f"
+    assert parse_source(code).hash == "6535e5e0aba03de24b76dcff32f0699f"
 
 
 @pytest.mark.parametrize("content", [b"", b"[1]", b"\xff", b'{"a": '])

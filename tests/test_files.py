@@ -4,14 +4,14 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from flexband.basics.files import replaced
+from flexband.basics.files import replace_file
 
 
 def test_writers_of_one_file_do_not_mix(tmp_path):
     file = tmp_path / "deep" / "file.txt"
 
     def write(k):
-        with replaced(file) as partial, partial.open("w") as stream:
+        with replace_file(file) as partial, partial.open("w") as stream:
             for _ in range(100):
                 stream.write(f"{k}\n")
                 stream.flush()
@@ -29,7 +29,7 @@ def test_an_old_file_stays_if_the_new_one_fails(tmp_path):
     file.write_text("old")
 
     def interrupt():
-        with replaced(file) as partial:
+        with replace_file(file) as partial:
             partial.write_text("new")
             raise KeyboardInterrupt
 

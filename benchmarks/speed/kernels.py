@@ -18,7 +18,7 @@ from flexband.mechanics.engine.entries import MARCH
 from flexband.mechanics.kernels.equations import residual, tangent
 from flexband.mechanics.kernels.factorization import factorize, solve
 from flexband.mechanics.kernels.lane_arrays import WIDTH
-from flexband.mechanics.kernels.lanes import cached, filled
+from flexband.mechanics.kernels.lanes import cached, splat
 from flexband.mechanics.kernels.records import Record
 
 DURATION = 0.6
@@ -34,14 +34,14 @@ def residuals(count, structure, values, work):
 @cached
 def tangents(count, structure, values, work):
     for _ in range(count):
-        tangent(structure, values, 0, work.z, filled(1e-7), 0.0, work.matrix, work.blocks)
+        tangent(structure, values, 0, work.z, splat(1e-7), 0.0, work.matrix, work.blocks)
 
 
 @cached
 def tangents_and_factors(count, structure, values, work):
     for _ in range(count):
-        tangent(structure, values, 0, work.z, filled(1e-7), 0.0, work.matrix, work.blocks)
-        factorize(structure.pattern, work.matrix, filled(1e-12), work.r)
+        tangent(structure, values, 0, work.z, splat(1e-7), 0.0, work.matrix, work.blocks)
+        factorize(structure.pattern, work.matrix, splat(1e-12), work.r)
 
 
 @cached
@@ -82,7 +82,7 @@ def main() -> None:
     integrator = fb.GeneralizedAlpha()
     work, failure = begin(system, values)
     first = work.z.copy()
-    outputs = np.zeros((len(times), system.sensed, WIDTH))
+    outputs = np.zeros((len(times), system.sensor_row_count, WIDTH))
 
     def step_time() -> float:
         work.z[:] = first

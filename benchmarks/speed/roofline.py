@@ -118,7 +118,7 @@ def counting():
         "add_to": lambda array, row, value: array.__setitem__(
             (row, 0), CountingNumber(array[row, 0]) + value
         ),
-        "filled": CountingNumber,
+        "splat": CountingNumber,
         "less": lambda a, b: CountingNumber(float.__lt__(a, b)),
         "where": lambda mask, a, b: a if mask else b,
         "magnitude": lambda a: CountingNumber(abs(float(a))),

@@ -97,7 +97,7 @@ def test_any_flipped_bit_is_found_or_harmless(data):
         content[place] ^= 1 << data.draw(st.integers(0, 7))
         file.write_bytes(content)
         arrays = GrowingArrays(folder)
-        bad_rows, chunks = arrays.damaged()
+        bad_rows, chunks = arrays.find_damage()
         assert bad_rows.all() == bool(chunks)
         for name, values in (("x", np.arange(5.0)), ("text", list("01234"))):
             if not chunks or chunks[0][0] != name:

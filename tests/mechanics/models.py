@@ -15,7 +15,7 @@ from flexband.mechanics.engine.entries import MARCH
 from flexband.mechanics.kernels.equations import residual, tangent
 from flexband.mechanics.kernels.factorization import factorize, solve, to_dense
 from flexband.mechanics.kernels.lane_arrays import WIDTH
-from flexband.mechanics.kernels.lanes import cached, filled
+from flexband.mechanics.kernels.lanes import cached, splat
 from flexband.mechanics.kernels.records import Record
 from flexband.mechanics.kernels.springs import RELAXED
 
@@ -289,12 +289,12 @@ def residual_of(structure, values, work):
 
 @cached
 def tangent_of(structure, values, work, weight):
-    tangent(structure, values, 0, work.z, filled(weight), 0.0, work.matrix, work.blocks)
+    tangent(structure, values, 0, work.z, splat(weight), 0.0, work.matrix, work.blocks)
 
 
 @cached
 def factorize_of(structure, work):
-    factorize(structure.pattern, work.matrix, filled(1e-12), work.s)
+    factorize(structure.pattern, work.matrix, splat(1e-12), work.s)
 
 
 @cached
@@ -308,7 +308,7 @@ def states(mechanism, steps, step, integrator=None):
     system = assemble(mechanism)
     times = np.arange(max(steps, 1) + 1) * step
     structure = system.structure
-    outputs = np.zeros((steps + 1, system.sensed, WIDTH))
+    outputs = np.zeros((steps + 1, system.sensor_row_count, WIDTH))
     values = pack(system, times)(0)
     work, failure = begin(system, values)
     run(

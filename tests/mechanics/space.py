@@ -38,7 +38,7 @@ class SpatialBody(Body):
     def frame(self, name, first):
         vectors = np.array([Form.variable(first + k) for k in range(12)]).reshape(4, 3)
         place, *axes = map(tuple, vectors)
-        return Frame(place, tuple(axes), rigid=True).moved(*self.points[name])
+        return Frame(place, tuple(axes), rigid=True).translate(*self.points[name])
 
     def constraints(self, first):
         x, y, z = axes = self.frame("center", first).axes

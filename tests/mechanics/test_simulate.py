@@ -188,7 +188,7 @@ def test_a_long_simulation_tells_its_steps_and_the_time_left(monkeypatch, capsys
     listener = progress.ProgressListener()
     listener.stage = stages.append
     listener.warn = messages.append
-    with progress.listening(listener):
+    with progress.add_listener(listener):
         progress.listener().stage("the first runs")
         fb.simulate(swinging_bar(), duration=300.0, step=1e-3)
     assert stages[1] == "the first runs, runs of 300000 steps"

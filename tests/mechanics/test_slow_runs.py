@@ -50,7 +50,7 @@ def test_why_a_run_takes_long_is_told_once(monkeypatch):
     listener = progress.ProgressListener()
     shares = iter([0.1, 0.2, 0.3, 0.4])
     listener.warn = messages.append
-    with progress.listening(listener):
+    with progress.add_listener(listener):
         pace = progress.Pace(10, lambda: next(shares), lambda: "steps follow this")
         for _ in range(4):
             pace()
@@ -63,7 +63,7 @@ def test_steps_that_reach_no_time_are_told(monkeypatch):
     messages = []
     listener = progress.ProgressListener()
     listener.warn = messages.append
-    with progress.listening(listener):
+    with progress.add_listener(listener):
         pace = progress.Pace(10, lambda: 0.0, lambda: "steps follow this")
         pace()
         pace()

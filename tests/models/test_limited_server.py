@@ -93,7 +93,7 @@ def test_bodies_share_their_memory(server):
     assert b"200 OK" in answer(request(server, evaluation().ljust(900)))
     assert b"413" in answer(request(server, "", size=1001))
     budget = MemoryBudget(10)
-    with budget.taken(6) as first, budget.taken(5) as second:
+    with budget.reserve(6) as first, budget.reserve(5) as second:
         assert (first, second) == (True, False)
     assert budget.remaining == 10
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import flexband as fb
-from flexband.compilation.caching import kept
+from flexband.compilation.caching import is_compiled
 from flexband.study import compiling
 
 
@@ -47,7 +47,7 @@ class Process:
 @pytest.fixture
 def processes(monkeypatch):
     monkeypatch.setattr(compiling.subprocess, "Popen", Process)
-    monkeypatch.setattr(compiling, "kept", lambda _: False)
+    monkeypatch.setattr(compiling, "is_compiled", lambda _: False)
     monkeypatch.setattr(compiling, "available_cores", lambda: 2)
     monkeypatch.setattr(Process, "processes", [])
     return Process.processes
@@ -72,7 +72,7 @@ def test_one_core_and_one_part_need_no_process(processes, monkeypatch):
     monkeypatch.setattr(compiling, "available_cores", lambda: 1)
     compiling.compile_ahead(study)
     monkeypatch.setattr(compiling, "available_cores", lambda: 2)
-    monkeypatch.setattr(compiling, "kept", lambda entry: entry is compiling.search)
+    monkeypatch.setattr(compiling, "is_compiled", lambda entry: entry is compiling.search)
     compiling.compile_ahead(study)
     assert not processes
 
@@ -93,4 +93,4 @@ def test_an_interrupt_ends_the_processes(processes, monkeypatch):
 def test_the_parts_compile_their_entries():
     """After their small uses, run as a process, there is machine code of all entries."""
     subprocess.run([sys.executable, "-m", "flexband.study.compiling", *compiling.PARTS], check=True)
-    assert all(kept(entry) for entries, _ in compiling.PARTS.values() for entry in entries)
+    assert all(is_compiled(entry) for entries, _ in compiling.PARTS.values() for entry in entries)

@@ -12,7 +12,7 @@ import flexband as fb
 from flexband.analysis.results import remarks_on
 from flexband.basics.warning import warn
 from flexband.cli import app
-from flexband.remarks.collection import CollectedRemark, collected, remarks_of
+from flexband.remarks.collection import CollectedRemark, remarks_of, worst_remarks
 from flexband.remarks.remark import Doubted, Remark, RemarkKind
 from flexband.study.results.netcdf import read_netcdf
 
@@ -186,7 +186,7 @@ def test_an_error_above_the_margin_or_an_unknown_one_undecides(
         verdicts = study.run_in(tmp_path).verdicts
     assert {verdict.name for verdict in verdicts if verdict.verdict == "UNDECIDED"} == undecided
     touched = {v.name for v in verdicts if v.remarks}
-    doubtful = {"x", "y"} if kind.doubted is Doubted.ALL else set(outputs)
+    doubtful = {"x", "y"} if kind.doubt_scope is Doubted.ALL else set(outputs)
     assert touched == doubtful
     second = study.run_in(tmp_path)
     assert second.reused
@@ -198,9 +198,9 @@ def test_the_worst_of_a_topic_stands_for_it():
         return CollectedRemark(Remark(RemarkKind.LARGE_STRAIN, f"{size}", size, part), runs)
 
     strains = [remark(0.2), remark(0.3, runs=2), remark(np.nan), remark(0.1, "b")]
-    worst = collected(strains)
+    worst = worst_remarks(strains)
     assert [(group.worst.text, group.runs) for group in worst] == [("0.3", 4), ("0.1", 1)]
-    assert collected(strains[::-1])[1].worst.text == "0.3"
+    assert worst_remarks(strains[::-1])[1].worst.text == "0.3"
     restored = [CollectedRemark.from_json(group.as_json()) for group in worst]
     assert [group.as_json() for group in restored] == [group.as_json() for group in worst]
 

@@ -11,8 +11,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError
-from flexband.remarks.collection import CollectedRemark, remarks_of
-from flexband.remarks.collection import carried as remarks_carried
+from flexband.remarks.collection import CollectedRemark, merge_remarks, remarks_of
 from flexband.remarks.remark import RemarkKind
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
@@ -216,7 +215,7 @@ def answer(
         carried["surrogate_not_reliable"] = "; ".join(doubts)
     if not is_judged(surrogate):
         carried["surrogate_expected_error"] = NOT_JUDGED
-    remarks = remarks_carried(diagnostic_attrs)
+    remarks = merge_remarks(diagnostic_attrs)
     return result.assign_attrs({**remark(surrogate.space), **attrs, **carried, **remarks})
 
 

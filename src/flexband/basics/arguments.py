@@ -29,32 +29,32 @@ def frozen(**options: Any) -> Callable[[Class], Class]:
     The options are those of `dataclasses.dataclass`.
     """
 
-    def decorated(cls: Class) -> Class:
+    def decorate(cls: Class) -> Class:
         return arguments_checked(dataclass(frozen=True, **options)(cls))
 
-    return decorated
+    return decorate
 
 
 def arguments_checked(cls: Class) -> Class:
     """Have a class, and its functions, name the nearest argument where one is misspelled."""
     for name, member in list(vars(cls).items()):
         if name == "__init__":
-            setattr(cls, name, _checked(member, cls.__name__))
+            setattr(cls, name, _check_arguments(member, cls.__name__))
         elif isinstance(member, classmethod | staticmethod) and not name.startswith("_"):
             label = f"{cls.__name__}.{name}"
-            setattr(cls, name, type(member)(_checked(member.__func__, label)))
+            setattr(cls, name, type(member)(_check_arguments(member.__func__, label)))
     return cls
 
 
-def _checked(function: Any, label: str) -> Callable:
-    """Return a function that raises `ArgumentError` where it does not have an argument."""
+def _check_arguments(function: Any, label: str) -> Callable:
+    """Wrap a function so that arguments that it does not have raise `ArgumentError`."""
     code = function.__code__
     count = code.co_argcount + code.co_kwonlyargcount
     names = set(code.co_varnames[:count])
     passes_on = bool(code.co_flags & inspect.CO_VARKEYWORDS)
 
     @wraps(function)
-    def checked(*positional: Any, **keywords: Any) -> Any:
+    def check_and_call(*positional: Any, **keywords: Any) -> Any:
         for name in keywords.keys() - names:
             possible = _names(function, only_needed=passes_on)
             matches = get_close_matches(
@@ -69,7 +69,7 @@ def _checked(function: Any, label: str) -> Callable:
                 raise ArgumentError(f"{label} has no argument {name!r}; {hint}")
         return function(*positional, **keywords)
 
-    return checked
+    return check_and_call
 
 
 def _names(function: Callable, *, only_needed: bool) -> list[str]:

@@ -19,7 +19,7 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
-from flexband.basics.files import read_unlinked, replaced, user_folder
+from flexband.basics.files import read_unlinked, replace_file, user_folder
 from flexband.errors import InputError
 
 PACKAGE = Path(__file__).parents[1]
@@ -84,7 +84,7 @@ def sources(files: Iterable[Path], *, settled: float = 2.0) -> dict[Path, Source
     might leave its times as they are.
     """
     memory_file = user_folder() / MEMORY
-    memory = _remembered(memory_file)
+    memory = _read_memory(memory_file)
     source_by_file: dict[Path, Source] = {}
     new: dict[str, Source] = {}
     for file in files:
@@ -92,18 +92,18 @@ def sources(files: Iterable[Path], *, settled: float = 2.0) -> dict[Path, Source
         if key in memory:
             source_by_file[file] = Source(*memory[key])
             continue
-        source_by_file[file] = parsed(file.read_bytes())
+        source_by_file[file] = parse_source(file.read_bytes())
         if change_time + settled < time.time():
             new[key] = source_by_file[file]
     if new:
         memory = {key: value for key, value in memory.items() if _exists(key)} | new
-        with suppress(OSError), replaced(memory_file) as partial:
+        with suppress(OSError), replace_file(memory_file) as partial:
             partial.write_text(json.dumps(memory), encoding="utf-8")
     return source_by_file
 
 
-def parsed(code: bytes) -> Source:
-    """Return what is known of code. The names of what it imports may be modules too."""
+def parse_source(code: bytes) -> Source:
+    """Parse code; return its hash and imports. The names of what it imports may be modules too."""
     imports: list[ast.Import | ast.ImportFrom] = []
     structure = repr(_structure(ast.parse(code), imports))
     modules: list[str] = []
@@ -135,7 +135,7 @@ def _is_text(node: object) -> bool:
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
 
 
-def _remembered(file: Path) -> dict[str, list]:
+def _read_memory(file: Path) -> dict[str, list]:
     with suppress(OSError, ValueError, TypeError):
         return _read(file, _state(file)[0])
     return {}

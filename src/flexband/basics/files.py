@@ -30,8 +30,8 @@ Content = Sequence[bytes]
 
 
 @contextmanager
-def replaced(file: Path) -> Iterator[Path]:
-    """Give the path of a new file, which takes the place of `file` once it is written.
+def replace_file(file: Path) -> Iterator[Path]:
+    """Give the path of a new file, which replaces `file` once it is written.
 
     The folder is made if it is missing. Several processes may write the same file: one of their
     files is there in the end, whole. If writing fails, `file` stays as it was. If it is a symbolic
@@ -87,7 +87,7 @@ def checksum(data: bytes) -> bytes:
 def write_json(file: Path, content: Mapping[str, Any]) -> None:
     """Write numbers and texts by name as a JSON file that begins with the checksum of the rest."""
     rest = json.dumps({"checksum": "", **content}, allow_nan=False).removeprefix(BEGIN)
-    with replaced(file) as partial:
+    with replace_file(file) as partial:
         text = f"{BEGIN}{checksum(rest.encode()).decode()}{rest}"
         partial.write_text(text, encoding="utf-8")
 

@@ -14,8 +14,8 @@ _motion: ContextVar[str] = ContextVar("motion", default="")
 
 
 @contextmanager
-def prescribing(name: str) -> Iterator[None]:
-    """Evaluate functions that prescribe the motion of a part of this name."""
+def set_driven_part(name: str) -> Iterator[None]:
+    """Name the part whose prescribed motion is evaluated in this context."""
     before = _motion.set(name)
     try:
         yield
@@ -23,6 +23,6 @@ def prescribing(name: str) -> Iterator[None]:
         _motion.reset(before)
 
 
-def prescribed() -> str:
+def driven_part() -> str:
     """Return the name of the part whose prescribed motion is evaluated, or an empty text."""
     return _motion.get()

@@ -83,8 +83,8 @@ _stage: ContextVar[str] = ContextVar("stage", default="")
 
 
 @contextmanager
-def listening(listener: ProgressListener) -> Iterator[None]:
-    """Have a listener take how far calls of this thread are, beside those that listen already.
+def add_listener(listener: ProgressListener) -> Iterator[None]:
+    """Add a listener that takes how far calls of this thread are, beside those that listen already.
 
     Runs are told to the innermost listener alone.
     """
@@ -195,8 +195,8 @@ class Advance(Protocol):
     def __call__(self, finished: int, under_way: int = 0, /) -> object: ...
 
 
-def counted(progress: Progress | None, total: int) -> Advance:
-    """Return what adds up finished runs and tells their number to `progress`, if there is one."""
+def run_counter(progress: Progress | None, total: int) -> Advance:
+    """Return a function that counts finished runs and tells `progress`, if there is one."""
     done = 0
 
     def advance(finished: int, under_way: int = 0, /) -> None:

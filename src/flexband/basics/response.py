@@ -130,13 +130,13 @@ class FunctionResponse(Response):
         return self.function
 
     def description(self, **values: Any) -> Description:
-        def finer() -> Mapping[str, Response]:
+        def refine() -> Mapping[str, Response]:
             refined = self._attribute("refined", None)
             default_levels = {"discretization": refined()} if callable(refined) else {}
             levels = self._answer("refinements", default_levels, values)
             return {name: as_response(level) for name, level in levels.items()}
 
-        answers = Description(refinements=finer)._asdict()
+        answers = Description(refinements=refine)._asdict()
         for name in answers.keys() - {"refinements"}:
             answers[name] = self._answer(name, answers[name], values)
         return Description(**answers)

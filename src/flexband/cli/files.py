@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from flexband.basics.files import replaced, try_write
+from flexband.basics.files import replace_file, try_write
 from flexband.cli.messages import print_remark
 from flexband.errors import InputError
 
@@ -46,7 +46,7 @@ def draw(figure: Callable[[], Figure], file: Path, *, drawable: bool = True) -> 
         return False
 
     def write() -> None:
-        with replaced(file) as partial:
+        with replace_file(file) as partial:
             figure().savefig(partial, format="png", dpi=150)
 
     return try_write(write)

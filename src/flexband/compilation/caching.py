@@ -25,7 +25,7 @@ import numpy as np
 from llvmlite import binding, ir
 
 from flexband.basics.computation import PACKAGE, Source, sources
-from flexband.basics.files import CACHE_VARIABLE, replaced, user_folder
+from flexband.basics.files import CACHE_VARIABLE, replace_file, user_folder
 from flexband.compilation.functions import compiled, machine_code
 from flexband.compilation.targets import ENTRY, SETTINGS, instruction_set, target_machine
 
@@ -87,7 +87,7 @@ class Entry:
 
     def __call__(self, *arguments: object) -> None:
         """Call the function, whose machine code is read or made before it is called first."""
-        code, numbers = self._prepared(arguments)
+        code, numbers = self._prepare(arguments)
         table = np.array(numbers, np.int64)
         if code[0](table.ctypes.data) > 0:
             raise MemoryError(f"{self.name} found no memory for its arrays")
@@ -98,7 +98,7 @@ class Entry:
         It calls this function with an array there of the same kind, and with the other arguments.
         The second value is what keeps it in memory. If there is no memory left, it does nothing.
         """
-        code, numbers = self._prepared((array, *others))
+        code, numbers = self._prepare((array, *others))
         number = ir.IntType(64)
         data = 4  # the place of an array's address among its numbers
         module = ir.Module(ENTRY)
@@ -120,8 +120,8 @@ class Entry:
         engine.finalize_object()
         return engine.get_function_address(ENTRY), (engine, code)
 
-    def _prepared(self, arguments: tuple) -> tuple[Code, list[int]]:
-        """Return the machine code for arguments, which is read or made, and what it reads."""
+    def _prepare(self, arguments: tuple) -> tuple[Code, list[int]]:
+        """Read or make the machine code for arguments; return it and the numbers it reads."""
         numbers: list[int] = []
         kind = ", ".join([_add_numbers(argument, numbers) for argument in arguments])
         code = self.codes.get(kind)
@@ -135,14 +135,14 @@ class Entry:
         for file in self.files(_hash(kind)) if self.usable else ():
             with suppress(OSError):
                 content = file.read_bytes()
-                if content != sealed(content[32:]):
+                if content != add_checksum(content[32:]):
                     file.unlink()  # it is damaged
                     continue
                 if not _svml_is_there(content):
                     continue
                 with suppress(OSError):
                     os.utime(file)
-                return _loaded(content[32:])
+                return _load_code(content[32:])
         compiling.add(self.name)
         try:
             for name in self.types_in:
@@ -152,17 +152,17 @@ class Entry:
             compiling.discard(self.name)
         if self.usable:
             self.keep(content, _hash(kind))
-        return _loaded(content)
+        return _load_code(content)
 
     def keep(self, content: bytes, kind: str) -> None:
         """Write an object to the first folder that can be written to, and drop old ones there."""
         for file in self.files(kind)[1:]:
             try:
-                with replaced(file) as partial:
-                    partial.write_bytes(sealed(content))
+                with replace_file(file) as partial:
+                    partial.write_bytes(add_checksum(content))
             except OSError:
                 continue
-            for old in sorted(file.parent.glob(f"{self.name}-*"), key=_used)[:-KEPT]:
+            for old in sorted(file.parent.glob(f"{self.name}-*"), key=_last_use)[:-KEPT]:
                 with suppress(OSError):
                     old.unlink()
             return
@@ -202,13 +202,13 @@ def cached_on_disk(function: Callable, *, types_in: tuple[str, ...] = (), **opti
     return Entry(function, types_in, options)
 
 
-def sealed(content: bytes) -> bytes:
-    """Return an object as it is in a file, after its checksum."""
+def add_checksum(content: bytes) -> bytes:
+    """Prepend the checksum to an object, as in a file."""
     return hashlib.sha256(content).digest() + content
 
 
-def kept(entry: Any) -> bool:
-    """Return whether there is machine code of an entry, for some arguments, or there can be none.
+def is_compiled(entry: Any) -> bool:
+    """Return whether an entry has machine code, for some arguments, or can have none.
 
     Parameters
     ----------
@@ -257,8 +257,8 @@ def _(argument: Addressed, numbers: list[int]) -> str:
     return argument.kind
 
 
-def _loaded(content: bytes) -> Code:
-    """Return the entry of an object.
+def _load_code(content: bytes) -> Code:
+    """Load an object and return its entry.
 
     Each object has another engine: of several symbols of one name, an engine uses the first.
     """
@@ -273,7 +273,7 @@ def _svml_is_there(content: bytes) -> bool:
     return b"__svml_" not in content or machine_code.USES_SVML
 
 
-def _used(file: Path) -> float:
+def _last_use(file: Path) -> float:
     """Return when a file was last used."""
     try:
         return file.stat().st_mtime

@@ -22,7 +22,7 @@ from flexband.basics.response import ResponseFunction
 from flexband.basics.warning import warn
 from flexband.errors import FlexbandWarning, InputError, RunError
 from flexband.execution.fingerprint import fingerprint, modules_of_user
-from flexband.remarks.collection import catching
+from flexband.remarks.collection import catch_remarks
 from flexband.remarks.remark import Remark
 
 Arguments = dict[str, Any]
@@ -59,7 +59,7 @@ def in_process(response: ResponseFunction, tasks: Tasks) -> Outcomes:
     for number, task in enumerate(tasks):
         arguments = task()
         begin = time.perf_counter()
-        with catching() as remarks:
+        with catch_remarks() as remarks:
             try:
                 value = response(**arguments)
                 error = None

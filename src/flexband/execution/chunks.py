@@ -89,8 +89,8 @@ class Array:
         places = [chunk, *(0 for _ in self.dims[1:])][: len(self.dims)]
         return self.separator.join(["c", *map(str, places)])
 
-    def encoded(self, values: np.ndarray) -> list[bytes]:
-        """Return a chunk with these first entries, the others the fill value: content, checksum."""
+    def encode(self, values: np.ndarray) -> list[bytes]:
+        """Encode a chunk with these first entries, the others the fill value: content, checksum."""
         if self.kind == "string":
             texts = values.ravel()
             count = int(np.prod(self.chunk))
@@ -109,8 +109,8 @@ class Array:
             content = numbers.tobytes()
         return [content, struct.pack("<I", google_crc32c.value(content))]
 
-    def decoded(self, data: bytes) -> np.ndarray:
-        """Return the values of a chunk; raise `ValueError` if it is damaged."""
+    def decode(self, data: bytes) -> np.ndarray:
+        """Decode the values of a chunk; raise `ValueError` if it is damaged."""
         content = data[:-4]
         checksum = data[-4:]
         if struct.pack("<I", google_crc32c.value(content)) != checksum:

@@ -123,7 +123,7 @@ class _Timed:
                         pure=False, workers=list(workers),
                     )  # fmt: skip
                     running[future] = number, time.monotonic() + self.time_limit
-                for future, reason in self.ended(running):
+                for future, reason in self.wait_for_tasks(running):
                     number, _ = running.pop(future)
                     late = Outcome(None, TimeoutError(reason), 0.0, lost=True)
                     outcome = late if reason else _outcome(future)
@@ -160,8 +160,8 @@ class _Timed:
                 raise RunError("the executor cannot go on: no Dask worker is left that answers", {})
             time.sleep(self.look)
 
-    def ended(self, running: dict[Future, tuple[int, float]]) -> list[tuple[Future, str]]:
-        """Wait; return the tasks that are finished, and those that took too long, with a reason."""
+    def wait_for_tasks(self, running: dict[Future, tuple[int, float]]) -> list[tuple[Future, str]]:
+        """Wait for tasks; return those that are finished, or that took too long, with a reason."""
         remaining = min(deadline for _, deadline in running.values()) - time.monotonic()
         self._wait(list(running), max(0.0, remaining), "FIRST_COMPLETED")
         if finished_futures := [future for future in running if future.done()]:

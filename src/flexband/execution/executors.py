@@ -63,7 +63,7 @@ class _Flow:
             pickled, modules = sent_by(response)
             self.sent = pickled, *modules
         if client is not None:  # each worker gets it once, from the scheduler or another worker
-            self.sent = tuple(client.submit(_kept, part, pure=False) for part in self.sent)
+            self.sent = tuple(client.submit(_identity, part, pure=False) for part in self.sent)
         self.limit = first
         self.least_work = least_work
         self.work = 0.0
@@ -142,7 +142,7 @@ def _in_turn_elsewhere(arguments: list[bytes], *sent: Any) -> list[bytes]:
     return [perform_elsewhere(response, values, *modules) for values in arguments]
 
 
-def _kept(part: bytes | str) -> bytes | str:
+def _identity(part: bytes | str) -> bytes | str:
     return part
 
 

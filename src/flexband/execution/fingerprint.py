@@ -133,7 +133,7 @@ class _Walk:
 
     @content.register
     def function(self, function: types.FunctionType) -> None:
-        if not self.own(function.__module__, function.__code__.co_filename):
+        if not self.is_user_code(function.__module__, function.__code__.co_filename):
             self.text("function", function.__module__, function.__qualname__)
             return
         self.text("function", function.__qualname__)
@@ -162,7 +162,7 @@ class _Walk:
             self.text(name)
             self.visit(value)
             module = isinstance(value, types.ModuleType) and id(value) not in path
-            if module and self.own(value.__name__, _file(value)):
+            if module and self.is_user_code(value.__name__, _file(value)):
                 self.variables(vars(value), names, _assigned_in(vars(value)), (*path, id(value)))
 
     @content.register
@@ -182,7 +182,7 @@ class _Walk:
     @content.register
     def type(self, kind: type) -> None:
         self.text("class", kind.__module__, kind.__qualname__)
-        if not self.own(kind.__module__, _file(sys.modules.get(kind.__module__))):
+        if not self.is_user_code(kind.__module__, _file(sys.modules.get(kind.__module__))):
             return
         for base in kind.__bases__:
             self.visit(base)
@@ -191,7 +191,7 @@ class _Walk:
             self.text(name)
             self.visit(members[name])
 
-    def own(self, module: str | None, file: str | None) -> bool:
+    def is_user_code(self, module: str | None, file: str | None) -> bool:
         """Return whether a module belongs to the user's code, not to a package he installed."""
         top = str(module).partition(".")[0]
         if top == "flexband" or top in sys.builtin_module_names:

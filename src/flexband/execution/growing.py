@@ -87,10 +87,10 @@ class GrowingArrays:
         folder = self.folder / name
         files: dict[Path, Content] = {folder / "zarr.json": [_json(array.metadata(self.runs))]}
         if values is not None and values.size:
-            content = array.encoded(np.asarray(values))
+            content = array.encode(np.asarray(values))
             files |= {file: content, folder / "copy": content}
         if array.grows and self.runs:
-            empty = array.encoded(np.zeros((0, *array.chunk[1:])))
+            empty = array.encode(np.zeros((0, *array.chunk[1:])))
             chunks = range(-(-self.runs // array.rows))
             files |= {self._file(name, chunk, array): empty for chunk in chunks}
         write_synced(files)
@@ -112,14 +112,14 @@ class GrowingArrays:
                 if offset:
                     before = last.get(name)
                     if before is None or len(before) != offset:
-                        before = self._stored(name, chunk)[:offset]
+                        before = self._read_chunk(name, chunk)[:offset]
                     part = np.concatenate([before, part])
                 file = self._file(name, chunk)
                 if array.kind != "string" or np.any(part != ""):
-                    files[file] = array.encoded(part)
+                    files[file] = array.encode(part)
                     self._blank.discard(file)
                 elif file not in self._blank:
-                    files[file] = array.encoded(part)
+                    files[file] = array.encode(part)
                     blank.add(file)
                 done += len(part) - offset
                 last[name] = part
@@ -158,26 +158,28 @@ class GrowingArrays:
         array = self.arrays[name]
         if not array.grows:
             empty = 0 in array.shape
-            return np.zeros(array.shape) if empty else self._stored(name, 0)
+            return np.zeros(array.shape) if empty else self._read_chunk(name, 0)
         run_numbers = np.arange(self.runs) if runs is None else np.asarray(runs)
         values = np.empty((len(run_numbers), *array.shape[1:]), CODES.get(array.kind, object))
         chunks = run_numbers // array.rows
         for chunk in np.unique(chunks):
             mask = chunks == chunk
-            values[mask] = self._stored(name, int(chunk))[run_numbers[mask] - chunk * array.rows]
+            values[mask] = self._read_chunk(name, int(chunk))[
+                run_numbers[mask] - chunk * array.rows
+            ]
         return values
 
     def replace(self, name: str, runs: np.ndarray, value: float) -> None:
         """Give some runs another value."""
         array = self.arrays[name]
         for chunk in np.unique(runs // array.rows):
-            values = self._stored(name, int(chunk))
+            values = self._read_chunk(name, int(chunk))
             values[runs[runs // array.rows == chunk] - chunk * array.rows] = value
-            write_synced({self._file(name, int(chunk)): array.encoded(values)})
+            write_synced({self._file(name, int(chunk)): array.encode(values)})
         self._last.pop(name, None)
 
-    def damaged(self) -> tuple[np.ndarray, list[tuple[str, int]]]:
-        """Return the damaged runs and chunks, after mending what the copy has."""
+    def find_damage(self) -> tuple[np.ndarray, list[tuple[str, int]]]:
+        """Mend what the copy has; return the runs and chunks that remain damaged."""
         for file in self.folder.rglob("*.partial"):
             file.unlink(missing_ok=True)
         bad = np.zeros(self.runs, bool)
@@ -188,7 +190,7 @@ class GrowingArrays:
                 continue
             for chunk in range(-(-self.runs // array.rows)):
                 try:
-                    self._stored(name, chunk)
+                    self._read_chunk(name, chunk)
                 except StoreError:
                     bad[chunk * array.rows : (chunk + 1) * array.rows] = True
                     chunks.append((name, chunk))
@@ -197,20 +199,20 @@ class GrowingArrays:
     def clear(self, name: str, chunk: int) -> None:
         """Give all runs of a chunk the fill value."""
         array = self.arrays[name]
-        write_synced({self._file(name, chunk): array.encoded(np.zeros((0, *array.chunk[1:])))})
+        write_synced({self._file(name, chunk): array.encode(np.zeros((0, *array.chunk[1:])))})
 
-    def _stored(self, name: str, chunk: int) -> np.ndarray:
+    def _read_chunk(self, name: str, chunk: int) -> np.ndarray:
         file = self._file(name, chunk)
         array = self.arrays[name]
         try:
-            return array.decoded(file.read_bytes())
+            return array.decode(file.read_bytes())
         except (OSError, ValueError, struct.error, IndexError) as error:
             reason = f"{file} is missing or damaged: {error}"
         try:
-            values = array.decoded((self.folder / name / "copy").read_bytes())
+            values = array.decode((self.folder / name / "copy").read_bytes())
         except (OSError, ValueError, struct.error, IndexError):
             raise StoreError(reason) from None
-        write_synced({file: array.encoded(values)})
+        write_synced({file: array.encode(values)})
         return values
 
     def _file(self, name: str, chunk: int, array: Array | None = None) -> Path:

@@ -107,21 +107,21 @@ def columns(
     """Return the entries of finished runs; `shape` is that of one run's outputs, if known."""
     counts = [len(record.inputs) for record in batch]
 
-    def repeated(values: Sequence[str | float], dtype: type) -> np.ndarray:
+    def repeat(values: Sequence[str | float], dtype: type) -> np.ndarray:
         return np.repeat(np.array(values, dtype=dtype), counts)
 
     entries = {
         "inputs": np.concatenate([record.inputs for record in batch]),
-        "setting": repeated([record.setting for record in batch], object),
-        "reason": repeated([record.reason for record in batch], object),
+        "setting": repeat([record.setting for record in batch], object),
+        "reason": repeat([record.reason for record in batch], object),
         "remarks": np.array(
             [text for record in batch for text in record.remarks or [""] * len(record.inputs)],
             dtype=object,
         ),
-        "seconds": repeated([record.seconds for record in batch], float),
-        "finished": repeated([record.time for record in batch], float),
+        "seconds": repeat([record.seconds for record in batch], float),
+        "finished": repeat([record.time for record in batch], float),
         "session": np.full(sum(counts), session),
-        "status": repeated(
+        "status": repeat(
             [RunStatus.FAILED if record.values is None else RunStatus.DONE for record in batch],
             np.int8,
         ),

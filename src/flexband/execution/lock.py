@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 from weakref import WeakSet
 
-from flexband.basics.files import open_unlinked, read_unlinked, replaced
+from flexband.basics.files import open_unlinked, read_unlinked, replace_file
 from flexband.errors import StoreError
 from flexband.execution.names import FileName
 
@@ -44,7 +44,7 @@ class Lock:
                 who = "another process"
             raise StoreError(f"{folder} is in use by {who}") from None
         try:
-            with replaced(holder) as partial:
+            with replace_file(holder) as partial:
                 partial.write_bytes(this_process().encode())
         except BaseException:
             self.release()

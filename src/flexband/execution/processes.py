@@ -97,15 +97,15 @@ class _Worker:
             self.process.stdin.write(cloudpickle.dumps(message))
             self.process.stdin.close()
         try:
-            self.connection: Connection = self._accepted(listener, seconds)
+            self.connection: Connection = self._accept(listener, seconds)
         finally:
             listener.close()
         self.task: int | None = None
         self.response: int | None = None
         self.deadline = float("inf")
 
-    def _accepted(self, listener: Listener, seconds: float) -> Connection:
-        """Return the connection that the process opens, unless it ends before."""
+    def _accept(self, listener: Listener, seconds: float) -> Connection:
+        """Accept the connection of the process; raise `RuntimeError` if it ends before."""
         connections: list[Connection] = []
 
         def accept() -> None:

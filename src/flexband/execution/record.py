@@ -100,7 +100,7 @@ class RunRecorder:
 
     def _mend(self) -> None:
         """Give up the runs in damaged chunks; the status of a run tells before they are cleared."""
-        bad, chunks = self.arrays.damaged()
+        bad, chunks = self.arrays.find_damage()
         for name, chunk in chunks:
             if name == "status":
                 self.arrays.clear(name, chunk)

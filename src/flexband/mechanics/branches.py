@@ -53,7 +53,7 @@ class Branch:
             start = None
         # Read by what bodies turn from their own angles to the assembled ones.
         bodies = [(name, body) for name, body in mechanism.bodies.items() if body.axes.size]
-        for (name, body), (_, (vector, *_)) in zip(bodies, mechanism.model.turning, strict=False):
+        for (name, body), (_, (vector, *_)) in zip(bodies, mechanism.model.turn_axes, strict=False):
             angles[name] = float(np.ravel(body.angles()[0])[0])
             if start is None:
                 continue
@@ -111,9 +111,11 @@ class Branch:
 def _input_between(nominal: Property, other: Property, part: float) -> Property:
     """Return an input on the way from the nominal to another value."""
     if callable(nominal) and callable(other):
-        return partial(_weighted, nominal, other, part)
+        return partial(_interpolate, nominal, other, part)
     return (1 - part) * np.asarray(nominal) + part * np.asarray(other)
 
 
-def _weighted(nominal: Callable, other: Callable, part: float, *places: np.ndarray) -> np.ndarray:
+def _interpolate(
+    nominal: Callable, other: Callable, part: float, *places: np.ndarray
+) -> np.ndarray:
     return (1 - part) * nominal(*places) + part * other(*places)

@@ -83,7 +83,7 @@ def rest_state(system: System, z: np.ndarray, rest: np.ndarray, time: float) -> 
 def _directions(system: System, q: np.ndarray) -> Iterator[tuple[str, np.ndarray, Vector]]:
     """Yield the bodies that turn, the directions of their first sections, and these vectors."""
     turning = [name for name, (axes, *_) in system.model.axes.items() if len(axes)]
-    for name, (_, ((x, y, *_), *_)) in zip(turning, system.model.turning, strict=False):
+    for name, (_, ((x, y, *_), *_)) in zip(turning, system.model.turn_axes, strict=False):
         yield name, np.arctan2(y.at([*q]), x.at([*q])), (x, y)
 
 
@@ -140,7 +140,7 @@ def continue_from(system: System, state: EndState) -> tuple[System, ContinuedSta
         ends[rows.velocity : rows.acceleration] = system.values.velocity
     first_rest = rows.rows + rows.coordinates + 1
 
-    def carried(first: int, defaults: np.ndarray) -> np.ndarray:
+    def carry_over(first: int, defaults: np.ndarray) -> np.ndarray:
         place = slice(first, first + len(defaults))
         return np.where(common_rows[place], ends[place], defaults)
 
@@ -158,8 +158,8 @@ def continue_from(system: System, state: EndState) -> tuple[System, ContinuedSta
         drawn=ends[angles],
         start=ends[: rows.coordinates + 1],
         velocity=ends[rows.velocity : rows.acceleration],
-        law_states=carried(rows.law_state, values.law_states),
-        springs=values.springs._replace(rest=carried(first_rest, values.springs.rest)),
+        law_states=carry_over(rows.law_state, values.law_states),
+        springs=values.springs._replace(rest=carry_over(first_rest, values.springs.rest)),
     )
     continuing = replace(
         system,

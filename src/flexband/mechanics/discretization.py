@@ -62,7 +62,7 @@ def discretization_error(
     coarse = run(mechanism)
     fine_mechanism = mechanism.refined()
 
-    def refined(substeps: int) -> list[xr.DataArray]:
+    def run_meshes(substeps: int) -> list[xr.DataArray]:
         half = run(mechanism, substeps=substeps)
         return [
             half,
@@ -76,14 +76,14 @@ def discretization_error(
         run = partial(run, integrator=tenth)
         order_factor = 1.0
     with without_warnings():
-        half, fine = refined(1 if tenth else 2)
+        half, fine = run_meshes(1 if tenth else 2)
         if "halved_step" in coarse.attrs:
             samples = np.arange(coarse.sizes.get("sample", 1))
             halved_mask = np.isin(samples, coarse.attrs["halved_step"])
             halved_mask = halved_mask.reshape(-1, *[1] * (coarse.ndim - 1))
             half, fine = (
                 at_half.copy(data=np.where(halved_mask, at_quarter, at_half))
-                for at_half, at_quarter in zip((half, fine), refined(4), strict=True)
+                for at_half, at_quarter in zip((half, fine), run_meshes(4), strict=True)
             )
     # Errors over the whole motion and in windows.
     parts = {"step_error": coarse - half, "mesh_error": half - fine, "error": coarse - fine}

@@ -102,7 +102,7 @@ class ModalResponse(AtRest):
         reference = Followed(*(array[..., : self.modes] for array in reference))
         start_values = {k: _broadcast(v, len(modes.frequency)) for k, v in self.nominal.items()}
         end_values = {k: _broadcast(v, len(modes.frequency)) for k, v in values.items()}
-        result, lost_count = self._followed(
+        result, lost_count = self._follow_modes(
             start_values, reference, end_values, modes, self.tracking.halvings
         )
         if lost_count:
@@ -131,7 +131,7 @@ class ModalResponse(AtRest):
             np.stack([sample.momenta[:, :mode_count] for sample in samples]),
         )
 
-    def _followed(
+    def _follow_modes(
         self,
         start_values: Mapping[str, Argument],
         reference: Followed,
@@ -139,7 +139,7 @@ class ModalResponse(AtRest):
         candidates: Followed,
         halvings: int,
     ) -> tuple[Followed, int]:
-        """Return the modes at `end_values` that continue a reference, and how many are lost."""
+        """Follow a reference to modes at `end_values`; return these, and how many are lost."""
         matches, clear = _match_modes(reference, candidates, self.tracking)
         result = Followed(
             np.take_along_axis(candidates.frequency, matches, axis=1),
@@ -158,10 +158,10 @@ class ModalResponse(AtRest):
         middle_modes = self._modes(self.mechanism(middle))
         if len(middle_modes.frequency) < len(unclear):
             middle_modes = middle_modes.take(np.zeros(len(unclear), dtype=int))
-        half, _ = self._followed(
+        half, _ = self._follow_modes(
             ends[0], reference.take(unclear), middle, middle_modes, halvings - 1
         )
-        unclear_modes, lost_count = self._followed(
+        unclear_modes, lost_count = self._follow_modes(
             middle, half, ends[1], candidates.take(unclear), halvings - 1
         )
         for joint, part in zip(result, unclear_modes, strict=True):

@@ -222,7 +222,7 @@ def _dataset(system: System, samples: Sequence[SampleModes]) -> xr.Dataset:
     mode_count = max(len(of_sample.modes.s) for of_sample in samples)
     is_complex = any(np.iscomplexobj(of_sample.shapes) for of_sample in samples)
 
-    def filled(rows: Sequence[np.ndarray], kind: type, *size: int) -> np.ndarray:
+    def pad_rows(rows: Sequence[np.ndarray], kind: type, *size: int) -> np.ndarray:
         array = np.full(
             (len(rows), mode_count, *size), False if kind is bool else np.nan, dtype=kind
         )
@@ -232,14 +232,14 @@ def _dataset(system: System, samples: Sequence[SampleModes]) -> xr.Dataset:
 
     modes = [of_sample.modes for of_sample in samples]
     variables = {
-        "eigenvalue": (filled([m.s for m in modes], complex), {"units": "1/s"}),
-        "frequency": (filled([m.frequency for m in modes], float), {"units": "Hz"}),
-        "damping_ratio": (filled([m.damping_ratio for m in modes], float), {}),
-        "unstable": (filled([m.unstable for m in modes], bool), {}),
-        "thickness": (filled([m.thickness for m in modes], bool), {}),
+        "eigenvalue": (pad_rows([m.s for m in modes], complex), {"units": "1/s"}),
+        "frequency": (pad_rows([m.frequency for m in modes], float), {"units": "Hz"}),
+        "damping_ratio": (pad_rows([m.damping_ratio for m in modes], float), {}),
+        "unstable": (pad_rows([m.unstable for m in modes], bool), {}),
+        "thickness": (pad_rows([m.thickness for m in modes], bool), {}),
     }
     shapes = [of_sample.shapes for of_sample in samples]
-    shape = filled(shapes, complex if is_complex else float, len(system.outputs))
+    shape = pad_rows(shapes, complex if is_complex else float, len(system.outputs))
     return xr.Dataset(
         {name: (("sample", "mode"), *variable) for name, variable in variables.items()}
         | {"shape": (("sample", "mode", "output"), shape)},

@@ -71,7 +71,7 @@ class PeriodicStart(Start):
             def after_period(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
                 over_period = values_of(number)
                 over_period.springs.rest[:] = values.springs.rest
-                start_block = self._held(system, over_period, work, x * size)
+                start_block = self._start_block(system, over_period, work, x * size)
                 _, failure, _, end = march_block(
                     system,
                     method,
@@ -85,7 +85,7 @@ class PeriodicStart(Start):
                 return end.z[rows] / size, failure
 
             x, period_failure = self._fixed_point(after_period, work.z[rows] / size, failure)
-            start_work, failure = self._held(system, values, work, x * size)
+            start_work, failure = self._start_block(system, values, work, x * size)
             return Begun(
                 start_work, np.where(period_failure[0] > 0, period_failure, failure), work.z
             )
@@ -93,10 +93,10 @@ class PeriodicStart(Start):
         return begin_block
 
     @staticmethod
-    def _held(
+    def _start_block(
         system: System, values: Values, work: WorkSpace, x: np.ndarray
     ) -> tuple[WorkSpace, np.ndarray]:
-        """Return a block that starts from a state, shape (rows, WIDTH), and its failures."""
+        """Start a block from a state, shape (rows, WIDTH); return it and its failures."""
         z = work.z.copy()
         start_work = WorkSpace.from_structure(system.structure)
         z[_rows(system)] = x

@@ -81,7 +81,7 @@ class MechanismResponse(Response):
         """Return the error with the inputs of the first five of the failed runs."""
         lines = [str(error), f"inputs of the failed runs{difference}:"]
         for s in list(error.failures)[:5]:
-            inputs = ", ".join(_shown(name, v, s) for name, v in values.items())
+            inputs = ", ".join(_format_input(name, v, s) for name, v in values.items())
             lines.append(f"sample {s}: {inputs}")
         results = None if error.results is None else begun(error.results)
         return type(error)("\n".join(lines), error.failures, results)
@@ -202,14 +202,14 @@ class DynamicResponse(SensorResponse):
                 if self.step_parts < part_count
                 else -(-self.step_parts // part_count)
             )
-            return self._divided(part_count, step_parts)
+            return self._divide_step(part_count, step_parts)
         if self.step_parts == 1:
             return None
         parts = [k for k in range(2, self.step_parts + 1) if self.step_parts % k == 0]
         part_count = max((k for k in parts if k <= count), default=parts[0])
-        return self._divided(part_count, self.step_parts // part_count)
+        return self._divide_step(part_count, self.step_parts // part_count)
 
-    def _divided(self, parts: int, step_parts: int) -> DynamicResponse:
+    def _divide_step(self, parts: int, step_parts: int) -> DynamicResponse:
         step = self.output_step / parts
         return replace(
             self, output_step=step, step_parts=step_parts, base_response=self.base_response or self
@@ -318,7 +318,7 @@ class DynamicResponse(SensorResponse):
 def elements_of(mechanism: Mechanism, parts: int) -> dict[str, int]:
     """Return how many elements flexible members have if each of theirs is divided into parts."""
     bodies = {
-        name: name_errors(f"body {name!r}", mechanism.bodies[name].refined, parts)
+        name: name_errors(f"body {name!r}", mechanism.bodies[name].refine_mesh, parts)
         for name in mechanism.elements
     }
     return {f"elements of {name}": body.elements for name, body in bodies.items()}
@@ -426,7 +426,7 @@ def dynamic_response(
     )
 
 
-def _shown(name: str, value: Argument, sample: int) -> str:
+def _format_input(name: str, value: Argument, sample: int) -> str:
     """Return "name = value" of one sample; a function of position is evaluated at 0."""
     if callable(value):
         try:

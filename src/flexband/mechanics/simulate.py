@@ -19,7 +19,7 @@ from flexband.basics.checks import (
     check_numbers,
     check_positive,
 )
-from flexband.basics.progress import Progress, ProgressListener, listener, listening
+from flexband.basics.progress import Progress, ProgressListener, add_listener, listener
 from flexband.basics.warning import warn
 from flexband.errors import ResolutionWarning, RunError
 from flexband.mechanics.assembly.packing import check_memory
@@ -140,7 +140,7 @@ def simulate(
     >>> bool((flight[:, 0] == swing[:, -1]).all()), float(flight.time[-1])
     (True, 0.7)
     """
-    with nullcontext() if listener().shows_stages else listening(_Printed()):
+    with nullcontext() if listener().shows_stages else add_listener(_Printed()):
         motion, system = simulate_system(
             mechanism,
             TimeGrid(duration, step, substeps),

@@ -123,7 +123,7 @@ class FMU(OneByOne):
                 run.fatal = (
                     getattr(error, "status", 0) == 4
                 )  # after which no function may be called
-                raise ModelError(f"the FMU fails: {error}{_shown(messages)}") from error
+                raise ModelError(f"the FMU fails: {error}{_last_messages(messages)}") from error
             finally:
                 run.end()
         return xr.DataArray(
@@ -196,15 +196,15 @@ class _Run:
         simulation = _fmpy("fmpy.simulation")
         self.failure: type[Exception] = _fmpy("fmpy.fmi1").FMICallException
 
-        def logged(*parts: bytes) -> None:
+        def log(*parts: bytes) -> None:
             messages.append(parts[-1].decode(errors="replace"))
 
         try:
-            self.fmu = simulation.instantiate_fmu(
-                folder, description, "CoSimulation", logger=logged
-            )
+            self.fmu = simulation.instantiate_fmu(folder, description, "CoSimulation", logger=log)
         except Exception as error:
-            raise ModelError(f"the FMU cannot be loaded: {error}{_shown(messages)}") from error
+            raise ModelError(
+                f"the FMU cannot be loaded: {error}{_last_messages(messages)}"
+            ) from error
 
     def start(self, begin: float, end: float, assignments: Assignments) -> None:
         """Set the values and initialize; raise `InputError` if a value is then another."""
@@ -265,7 +265,7 @@ def _fmpy(module: str) -> Any:
         ) from error
 
 
-def _shown(messages: list[str], count: int = 5) -> str:
+def _last_messages(messages: list[str], count: int = 5) -> str:
     """Return the last messages of an FMU, as text to append."""
     last = [f"\n    {message}" for message in messages[-count:]]
     return f". Its last messages:{''.join(last)}" if last else ""

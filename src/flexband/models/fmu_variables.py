@@ -30,7 +30,7 @@ def recorded_variables(
         raise InputError(
             f"FMU outputs must be one or more different variables; got {value_text(names)}"
         )
-    return [_named(possible, name, "outputs must be numbers of the FMU") for name in names]
+    return [_find_variable(possible, name, "outputs must be numbers of the FMU") for name in names]
 
 
 def assigned_variables(description: fmi.ModelDescription, values: dict[str, Any]) -> Assignments:
@@ -43,7 +43,9 @@ def assigned_variables(description: fmi.ModelDescription, values: dict[str, Any]
             raise InputError(
                 f"{name} cannot be set in this FMU: it is {_refusal(all_variables[name])}"
             )
-        variable = _named(possible, name, "inputs must be variables of the FMU that can be set")
+        variable = _find_variable(
+            possible, name, "inputs must be variables of the FMU that can be set"
+        )
         for other, (earlier_variable, _) in assignments.items():
             if (earlier_variable.valueReference, earlier_variable.type) == (
                 variable.valueReference,
@@ -74,7 +76,7 @@ def differs(value: float | str, actual_value: Any, rounding: float = 1e-6) -> bo
     return abs(actual_value - value) > rounding * abs(value)
 
 
-def _named(
+def _find_variable(
     possible: dict[str, fmi.ScalarVariable], name: str, rule: str, max_names: int = 20
 ) -> fmi.ScalarVariable:
     if name in possible:

@@ -57,8 +57,8 @@ class MemoryBudget:
         self.lock = threading.Lock()
 
     @contextmanager
-    def taken(self, size: int) -> Iterator[bool]:
-        """Take so many bytes, and give them back; tell whether there are so many."""
+    def reserve(self, size: int) -> Iterator[bool]:
+        """Reserve so many bytes, and give them back; tell whether there are so many."""
         with self.lock:
             granted = size <= self.remaining
             self.remaining -= size if granted else 0

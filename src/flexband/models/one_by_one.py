@@ -81,7 +81,7 @@ class _Rows:
     def row(self, k: int) -> dict[str, Any]:
         """Return the values of sample k: Python's own numbers and texts, and functions."""
         return {
-            name: self._function(name, value, k) if callable(value) else _one(value.T, k)
+            name: self._function(name, value, k) if callable(value) else _row_of(value.T, k)
             for name, value in self.values.items()
         }
 
@@ -89,13 +89,13 @@ class _Rows:
         def of_one(x: Any) -> Any:
             values = np.asarray(function(x))
             self._grow(name, len(values))
-            return _one(values, k)
+            return _row_of(values, k)
 
         return of_one
 
 
-def _one(rows: np.ndarray, k: int) -> Any:
-    """Return a row, or the only one; a single value as a number or text of Python."""
+def _row_of(rows: np.ndarray, k: int) -> Any:
+    """Return row `k`, or the only one; a single value as a number or text of Python."""
     row = rows[k if len(rows) > 1 else 0]
     return row.item() if np.ndim(row) == 0 else row
 

@@ -95,7 +95,7 @@ class ExternalProgram(OneByOne):
         check_instance("files", self.files, Mapping, "a dict of names and texts")
         program, *arguments = [os.fspath(part) for part in self.command]
         attributes = {
-            "command": (_found(program), *arguments),
+            "command": (_find_program(program), *arguments),
             "files": {
                 _checked_name(name): _content(name, content) for name, content in self.files.items()
             },
@@ -182,7 +182,7 @@ class ExternalProgram(OneByOne):
 
     def _write(self, folder: Path, values: Mapping[str, Any]) -> tuple[list[str], str]:
         """Write the files; return the arguments and the standard input."""
-        filled = {of: template.filled(values) for of, template in self._templates.items()}
+        filled = {of: template.substitute(values) for of, template in self._templates.items()}
         for name, content in self.files.items():
             file = folder / name
             file.parent.mkdir(parents=True, exist_ok=True)
@@ -236,8 +236,8 @@ class ExternalProgram(OneByOne):
             ) from error
 
 
-def _found(program: str) -> str:
-    """Return a program as it is found from any folder; raise `InputError` if there is none."""
+def _find_program(program: str) -> str:
+    """Find a program from any folder; raise `InputError` if there is none."""
     path = shutil.which(program)
     if path is None:
         raise InputError(f"command must begin with a program that exists; got {program!r}")

@@ -50,10 +50,10 @@ class Template:
         """The names of the inputs, in the order in which they first appear."""
         return list(dict.fromkeys(match["name"] for match in self._placeholders()))
 
-    def filled(self, values: Mapping[str, Any]) -> str:
-        """Return the text with all values; warn of rounding by more than 0.1 %, refuse misfits."""
+    def substitute(self, values: Mapping[str, Any]) -> str:
+        """Substitute all values in the text; warn of rounding by over 0.1 %, refuse misfits."""
 
-        def written(match: re.Match[str]) -> str:
+        def write_value(match: re.Match[str]) -> str:
             if match["literal"]:
                 return "${"
             name = match["name"]
@@ -71,7 +71,7 @@ class Template:
                 )
             return text
 
-        return PLACEHOLDER.sub(written, self.text)
+        return PLACEHOLDER.sub(write_value, self.text)
 
 
 def _format(value: Any, spec: str) -> str | None:

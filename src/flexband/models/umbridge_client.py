@@ -161,9 +161,9 @@ class UMBridgeModel(OneByOne):
                 f"{self.name} of {self.url} must return vectors of lengths "
                 f"{list(self.output_sizes)}; got {value_text(output)}"
             )
-        return self._labelled(vectors)
+        return self._label_outputs(vectors)
 
-    def _labelled(self, vectors: list[np.ndarray]) -> xr.DataArray:
+    def _label_outputs(self, vectors: list[np.ndarray]) -> xr.DataArray:
         names = list(self.outputs or map(str, range(len(vectors))))
         if len(set(self.output_sizes)) > 1:
             sized = zip(names, self.output_sizes, strict=True)

@@ -81,7 +81,7 @@ class _Offered:
             },
             "InputSizes": lambda: {"inputSizes": [self.input_size]},
             "OutputSizes": lambda: {"outputSizes": self.output_sizes},
-            "Evaluate": lambda: {"output": self.evaluated(payload)},
+            "Evaluate": lambda: {"output": self.evaluate(payload)},
         }
         if path not in (*answers, *UNSUPPORTED):
             raise _RefusedError("UnsupportedFeature", f"there is no /{path}", 404)
@@ -97,8 +97,8 @@ class _Offered:
             )
         return answers[path]()
 
-    def evaluated(self, payload: dict[str, Any]) -> list[list[float]]:
-        """Return the output vectors of a request."""
+    def evaluate(self, payload: dict[str, Any]) -> list[list[float]]:
+        """Evaluate a request and return its output vectors."""
         vectors = payload.get("input")
         if not isinstance(vectors, list) or [_length(v) for v in vectors] != [self.input_size]:
             raise _RefusedError(
@@ -150,7 +150,7 @@ class _Handler(LimitedHandler):
             message = f"Content-Length must be {max_size} or less; got {text}"
             self._refuse_unread(413, value_text(message))
             return
-        with self.bodies.taken(size) as granted:
+        with self.bodies.reserve(size) as granted:
             if granted:
                 self._reply(size)
             else:

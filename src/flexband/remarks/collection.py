@@ -16,8 +16,8 @@ _caught: ContextVar[list[Remark] | None] = ContextVar("caught", default=None)
 
 
 @contextmanager
-def catching() -> Iterator[list[Remark]]:
-    """Give a list in which the remarks of this thread are, whether they are warned of or not."""
+def catch_remarks() -> Iterator[list[Remark]]:
+    """Give a list that collects the remarks of this thread, whether they are warned of or not."""
     remarks: list[Remark] = []
     token = _caught.set(remarks)
     try:
@@ -58,8 +58,8 @@ class CollectedRemark:
     runs: int
     inputs: str = ""
 
-    def joined(self, other: CollectedRemark) -> CollectedRemark:
-        """Return the worse of two, with the runs of both."""
+    def merge(self, other: CollectedRemark) -> CollectedRemark:
+        """Merge two remarks: return the worse one, with the runs of both."""
         has_size = [not math.isnan(remark.worst.size) for remark in (self, other)]
         worse = (
             other
@@ -81,12 +81,12 @@ class CollectedRemark:
         return cls(Remark.from_json(content), runs, inputs)
 
 
-def collected(remarks: Iterable[CollectedRemark]) -> tuple[CollectedRemark, ...]:
+def worst_remarks(remarks: Iterable[CollectedRemark]) -> tuple[CollectedRemark, ...]:
     """Return the worst remark of each topic, in the order in which they first came."""
     topics = dict[tuple[str, ...], CollectedRemark]()
     for remark in remarks:
         topic = remark.worst.topic
-        topics[topic] = topics[topic].joined(remark) if topic in topics else remark
+        topics[topic] = topics[topic].merge(remark) if topic in topics else remark
     return tuple(topics.values())
 
 
@@ -96,15 +96,15 @@ def remarks_of(*attributes: Mapping[Any, Any]) -> tuple[CollectedRemark, ...]:
     The attribute is a list of texts, each a `CollectedRemark` as JSON.
     """
     texts = (text for attrs in attributes for text in attrs.get("remarks", ()))
-    return collected(CollectedRemark.from_json(json.loads(text)) for text in texts)
+    return worst_remarks(CollectedRemark.from_json(json.loads(text)) for text in texts)
 
 
 def as_attribute(remarks: Iterable[CollectedRemark]) -> dict[str, list[str]]:
     """Return remarks as an attribute of a result; none without remarks."""
-    texts = [json.dumps(remark.as_json()) for remark in collected(remarks)]
+    texts = [json.dumps(remark.as_json()) for remark in worst_remarks(remarks)]
     return {"remarks": texts} if texts else {}
 
 
-def carried(*attributes: Mapping[Any, Any]) -> dict[str, list[str]]:
-    """Return the attribute of a result that is made of others, with the remarks on these."""
+def merge_remarks(*attributes: Mapping[Any, Any]) -> dict[str, list[str]]:
+    """Merge the remarks on results in one attribute, for a result that is made of them."""
     return as_attribute(remarks_of(*attributes))

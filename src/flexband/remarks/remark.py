@@ -49,7 +49,7 @@ class RemarkKind(StrEnum):
     """Whatever else is warned of."""
 
     @property
-    def doubted(self) -> Doubted:
+    def doubt_scope(self) -> Doubted:
         """Which outputs it puts in doubt."""
         kinds = RemarkKind
         match self:
@@ -107,7 +107,7 @@ class Remark:
     def touches(self, output: str) -> bool:
         """Return whether it puts an output in doubt; "" is the only one of a response."""
         names_output = output in self.outputs or (self.outputs and not output)
-        match self.kind.doubted:
+        match self.kind.doubt_scope:
             case Doubted.NAMED:
                 return bool(names_output)
             case Doubted.ALL:

@@ -10,7 +10,7 @@ from importlib.util import find_spec
 import rich.progress as rp
 from rich.console import Console
 
-from flexband.basics.progress import Budget, Progress, ProgressListener, duration, listening
+from flexband.basics.progress import Budget, Progress, ProgressListener, add_listener, duration
 from flexband.basics.words import number_of, value_text
 from flexband.errors import InputError
 from flexband.report.text.terminal import Terminal, printable
@@ -41,7 +41,7 @@ def progress_bars() -> Iterator[Callable[[str], Progress]]:
         tasks.append(task)
         return task
 
-    with listening(LastTask()):
+    with add_listener(LastTask()):
         if not live:
             yield lambda name: begun(_Lines(name, console))
             return

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexband.basics.progress import listener
-from flexband.compilation.caching import kept
+from flexband.compilation.caching import is_compiled
 from flexband.mechanics.bodies.rigid import RigidBody
 from flexband.mechanics.engine.entries import dynamics, statics
 from flexband.mechanics.engine.threads import available_cores
@@ -80,7 +80,7 @@ def compile_ahead(study: StudyDefinition) -> None:
         "phases": isinstance(study.method, PhaseResolvedPCCI) or not isinstance(study.method, PCCI),
     }
     part_names = [name for name in PARTS if study.expands and uses[name]]
-    missing = [name for name in part_names if not all(map(kept, PARTS[name][0]))]
+    missing = [name for name in part_names if not all(map(is_compiled, PARTS[name][0]))]
     if min(len(missing), available_cores()) < 2:
         return
     listener().stage("compiling")

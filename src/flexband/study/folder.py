@@ -18,7 +18,7 @@ from typing import Any
 import google_crc32c
 
 from flexband.basics.computation import NUMBERING
-from flexband.basics.files import read_unlinked, replaced, try_write
+from flexband.basics.files import read_unlinked, replace_file, try_write
 from flexband.basics.progress import listener
 from flexband.basics.response import ResponseFunction
 from flexband.basics.words import value_text
@@ -113,7 +113,7 @@ class StudyFolder:
 
     def write(self, content: dict[str, Any]) -> None:
         """Write study.json, which is there as a whole at any moment."""
-        with replaced(self.path / FileName.STUDY) as partial:
+        with replace_file(self.path / FileName.STUDY) as partial:
             text = json.dumps({"format": FORMAT, **content, "numbering": NUMBERING}, indent=1)
             partial.write_text(text, encoding="utf-8")
 
@@ -187,7 +187,7 @@ class StudyFolder:
         """Have the folder for the results of the study in a file, which `check_claim` allows."""
         claim = {"file": file, "response": response}
         if self._claimed() != claim:
-            with replaced(self.path / FileName.OWNER) as partial:
+            with replace_file(self.path / FileName.OWNER) as partial:
                 partial.write_text(json.dumps(claim), encoding="utf-8")
 
     def _claimed(self) -> dict[str, str | None]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from flexband.basics.checks import free_memory
 from flexband.basics.error_text import error_text, signal_of
-from flexband.basics.progress import Budget, Progress, ProgressListener, listener, listening
+from flexband.basics.progress import Budget, Progress, ProgressListener, add_listener, listener
 from flexband.basics.warning import warn
 from flexband.basics.words import number_of
 from flexband.errors import RunsNeeded
@@ -85,7 +85,7 @@ class StudyProgress(ProgressListener):
         if self.first:
             self.write("running")
         try:
-            with listening(self):
+            with add_listener(self):
                 if self.store is not None and (recorded := GrowingArrays(self.folder.runs).runs):
                     there = f"{self.folder.path} has {number_of(recorded, 'recorded run')}"
                     listener().warn(f"{there}; matching runs are reused.")

@@ -13,7 +13,7 @@ from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.verification.expanded_runs import Runs, RunsOf, runs_as_expanded
 from flexband.basics.error_text import error_text
 from flexband.basics.files import try_write
-from flexband.basics.progress import counted, listener
+from flexband.basics.progress import listener, run_counter
 from flexband.errors import InputError
 from flexband.execution.names import FileName
 from flexband.requirements.verdict import RequirementVerdict
@@ -78,7 +78,7 @@ def _sample_parts(
     def run(runs_of: RunsOf, name: str, label: str, count: int) -> Runs:
         listener().stage(name)
         name = f"{name}, {label}" if label else name
-        return runs_of(cases[label], label, counted(progress.task(name), count))
+        return runs_of(cases[label], label, run_counter(progress.task(name), count))
 
     how = {"store": store, **execution}
     with runs_as_expanded(study.response, study.inputs, **how) as runs_of:

@@ -216,14 +216,14 @@ def test_elements_are_shared_among_the_parts(kind):
     uneven = mesh(5, "0.3")
     np.testing.assert_allclose(uneven.element_lengths[0], [0.15, 0.15, *3 * [0.7 / 3]])
     assert uneven.size == 7 * uneven.per_node
-    assert uneven.located("0.3") == 2
-    assert uneven.located("node 3") == pytest.approx(2 + 9 / 7)
+    assert uneven.element_position("0.3") == 2
+    assert uneven.element_position("node 3") == pytest.approx(2 + 9 / 7)
     refined_member = mesh(5, "0.3", parts=3)
     np.testing.assert_allclose(
         refined_member.element_lengths[0], np.repeat(uneven.element_lengths / 3, 3)
     )
     assert refined_member.elements == 15
-    assert refined_member.located("node 5") == 15
+    assert refined_member.element_position("node 5") == 15
     np.testing.assert_array_equal(mesh(4, "0.5", "0.501", "0.999").mesh.doubled, [2])  # too close
 
 

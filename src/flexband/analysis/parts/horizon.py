@@ -20,7 +20,7 @@ from flexband.analysis.parts.numbers import Quantities, check_quantities, number
 from flexband.analysis.parts.runs import plain_runs
 from flexband.analysis.verification.expanded_runs import Runs
 from flexband.basics.checks import check_integer, check_numbers
-from flexband.basics.progress import Progress, counted
+from flexband.basics.progress import Progress, run_counter
 from flexband.basics.response import ResponseFunction
 from flexband.basics.rounding import unit_of_variable
 from flexband.errors import InputError
@@ -146,7 +146,7 @@ def predictability_horizon(
         space, explored, runs_of = plain
         options = HorizonOptions(points, part)
         count = options.runs(space)
-        result = horizon_of(runs_of(counted(progress, count)), space, quantities, seed, options)
+        result = horizon_of(runs_of(run_counter(progress, count)), space, quantities, seed, options)
     return result.assign_attrs(runs=count + explored)
 
 

@@ -9,7 +9,7 @@ from flexband.analysis.parts.numbers import Quantities, check_quantities
 from flexband.analysis.parts.points import Parts
 from flexband.analysis.parts.runs import plain_runs
 from flexband.basics.checks import check_integer
-from flexband.basics.progress import Progress, counted
+from flexband.basics.progress import Progress, run_counter
 from flexband.basics.response import ResponseFunction
 from flexband.execution.executors import ExecutorLike
 from flexband.execution.store import StoreLike
@@ -100,6 +100,6 @@ def sample_parts(
     scatter = {} if scatter is None else scatter
     with plain_runs(response, inputs, settings) as (space, explored, runs_of):
         parts = Parts.from_scatter(space, scatter)
-        run = runs_of(counted(progress, count))
+        run = runs_of(run_counter(progress, count))
         result = distribution(run, parts, requirement_list, quantities, seed, options)
     return result.assign_attrs(runs=count + explored)

@@ -11,7 +11,7 @@ import numpy as np
 
 from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
 from flexband.basics.checks import check_integer
-from flexband.basics.progress import Progress, counted
+from flexband.basics.progress import Progress, run_counter
 from flexband.basics.response import ResponseFunction
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -62,7 +62,7 @@ def models(
     counts = [check_integer("runs", runs, MIN_RUNS, MAX_RUNS) for runs in counts]
     inputs = next(iter(surrogates.values())).space.user_inputs
     total = sum(runs * bounds + runs // FIRST_PART for runs in counts)
-    advance = counted(progress, total * len(surrogates))
+    advance = run_counter(progress, total * len(surrogates))
     with runs_as_expanded(response, inputs, **options) as runs_of:
         runs_by_label = {k: runs_of(surrogate, k, advance) for k, surrogate in surrogates.items()}
 

@@ -34,7 +34,7 @@ from flexband.analysis.verification import MAX_RUNS, RUNS
 from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
 from flexband.analysis.verification.judgement import judge_by_runs
 from flexband.basics.checks import check_integer
-from flexband.basics.progress import Progress, counted
+from flexband.basics.progress import Progress, run_counter
 from flexband.basics.response import ResponseFunction
 from flexband.remarks.collection import as_attribute
 from flexband.uncertainty.expansions.bounds.discs import in_discs
@@ -172,7 +172,7 @@ def verify(
     seed = check_integer("seed", seed, 0)
     sigmas = checked_sigmas(sigmas)
     inputs = next(iter(surrogates.values())).space.user_inputs
-    advance = counted(progress, runs * len(surrogates))
+    advance = run_counter(progress, runs * len(surrogates))
     execution = {"store": store, "executor": executor, "failed": failed}
     with runs_as_expanded(response, inputs, **execution) as runs_of:
         advance(0)

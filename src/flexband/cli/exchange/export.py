@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from flexband.basics.files import replaced
+from flexband.basics.files import replace_file
 from flexband.basics.words import number_of
 from flexband.cli.application import app
 from flexband.cli.files import Folder
@@ -101,5 +101,5 @@ def write_parquet(runs: xr.Dataset, file: Path) -> None:
     names = header(runs)
     parts = list(blocks(runs))
     columns = [[value for part in parts for value in part[k]] for k in range(len(names))]
-    with replaced(file) as partial:
+    with replace_file(file) as partial:
         pq.write_table(pa.table(dict(zip(names, columns, strict=True))), partial)

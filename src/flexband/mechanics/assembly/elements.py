@@ -80,7 +80,7 @@ class ElementTable:
     def structure(self, places: Places) -> Elements | Continua:
         return Elements(
             self.first(),
-            self.damped(),
+            self.damping_mask(),
             free_strain_rows=indices(term.row for term in self.free_terms),
             f=indices(places.functions[term.f] for term in self.free_terms),
             slot=places.square(self.groups),
@@ -102,7 +102,7 @@ class ElementTable:
         """Return the first coordinate of each element."""
         return indices(group[0] for group in self.groups)
 
-    def damped(self) -> np.ndarray:
+    def damping_mask(self) -> np.ndarray:
         """Return whether the material of each element is damped in any sample."""
         damped = np.array([np.any(np.asarray(t) > 0) for t in self.retardation], dtype=bool)
         per_element = max(len(damped) // max(len(self.groups), 1), 1)
@@ -130,7 +130,7 @@ class ContinuumTable(ElementTable):
 
     def structure(self, places: Places) -> Continua:
         return Continua(
-            self.first(), self.damped(), indices(self.initial_row), places.square(self.groups)
+            self.first(), self.damping_mask(), indices(self.initial_row), places.square(self.groups)
         )
 
     def values(self) -> ContinuumValues:

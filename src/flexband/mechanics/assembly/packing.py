@@ -110,7 +110,9 @@ def check_memory(
     lanes = WIDTH * min(threads, -(-samples // WIDTH))
     per_sample = any(np.size(evaluate_function(f, 0.0)) > 1 for f in system.functions)
     tabulated = tables * ((samples + lanes) if per_sample else 1 + WIDTH)
-    per_time = samples * outputs / substeps + lanes * (system.sensed + outputs) + tabulated
+    per_time = (
+        samples * outputs / substeps + lanes * (system.sensor_row_count + outputs) + tabulated
+    )
     check_affordable(
         f"{number_of(samples, 'sample')} of {number_of(outputs, 'output')} at "
         f"{number_of(times, 'time')}",

@@ -89,7 +89,7 @@ class System:
         return Record(self.structure)
 
     @property
-    def sensed(self) -> int:
+    def sensor_row_count(self) -> int:
         """Number of rows that `sense` writes: those of the sensors, then the conditions."""
         return (self.sensors[-1][1].stop if self.sensors else 0) + len(self.conditions)
 
@@ -98,7 +98,7 @@ def assemble(mechanism: Mechanism) -> System:
     """Return the arrays of a mechanism."""
     warn_of_elements(mechanism)
     model = mechanism.model
-    state = model.state.with_extremes(len(model.watched))
+    state = model.state.with_extremes(len(model.watch_list))
     mass = model.mass
     velocity: list[ArrayLike] = [0.0]
     # Take the elements of all flexible bodies.
@@ -118,7 +118,7 @@ def assemble(mechanism: Mechanism) -> System:
     # Collect the tables of numbers and indices.
     inertia = Inertia(model)
     outputs, units, sensors, conditions, sensor_rows = _sensors(model)
-    watched = model.watched
+    watched = model.watch_list
     weight, force_rows = _forces(model)
     vectors = VectorTables.from_model(model)
     tables: dict[str, Table] = {
@@ -186,10 +186,10 @@ def assemble(mechanism: Mechanism) -> System:
     samples = count_samples([*leaves(values), *driven])
     loads = [name for name, entries in model.entries.items() for _ in entries.laws]
     return System(
-        structure, samples, values, functions, owners, [part for part, _ in model.turning],
+        structure, samples, values, functions, owners, [part for part, _ in model.turn_axes],
         outputs, units, sensors, conditions,
         list(zip(loads, vectors.laws.compiled, strict=True)),
-        mechanism, stack(model.given),
+        mechanism, stack(model.initial_guess),
     )  # fmt: skip
 
 

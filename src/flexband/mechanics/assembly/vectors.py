@@ -264,10 +264,10 @@ class VectorTables(NamedTuple):
             [moment.direction for moment in model.moments],
             [spring.line or (spring.polynomial, Form({})) for spring in springs],
             [frame.position for frame in points],
-            [force.direction for force in model.following],
+            [force.direction for force in model.following_forces],
             [v for _, f in model.frictions if f.sliding.action for v in f.sliding.action[:3]],
             model.sensor_directions,
-            [axis for _, axes in model.turning for axis in axes],
+            [axis for _, axes in model.turn_axes for axis in axes],
         ]
         firsts = starts(parts).tolist()
         _, angle, normal, _, elongation, position, direction, actions, *others = firsts
@@ -279,7 +279,7 @@ class VectorTables(NamedTuple):
             [polar.length for _, polar in owned],
             direction,
             sensor_angle,
-            turning + starts([axes for _, axes in model.turning]),
+            turning + starts([axes for _, axes in model.turn_axes]),
         )
         return VectorTables(
             vectors,

@@ -30,7 +30,7 @@ def interpolation(points: Sequence[float], xi: np.ndarray | float) -> np.ndarray
     return np.stack([np.prod(point_factors, axis=0) for point_factors in factors])
 
 
-def bending(xi: np.ndarray | float) -> np.ndarray:
+def curvature_shapes(xi: np.ndarray | float) -> np.ndarray:
     """Return the shapes at ξ of the mean curvature and of its difference between Gauss points."""
     xi = np.asarray(xi, dtype=float)
     return np.stack([1.0 + 0.0 * xi, np.sqrt(3) * (xi - 0.5)])
@@ -60,7 +60,7 @@ def line_stiffness(
         )
     )
     axial = [mm, im / mm, mj / mm, ii - im**2 / mm, ij - im * mj / mm, jj - mj**2 / mm]
-    mean, mixed, change = (c / length**2 for c in stiffness(bending(POSITIONS), EI))
+    mean, mixed, change = (c / length**2 for c in stiffness(curvature_shapes(POSITIONS), EI))
     return [*axial, mean, mixed / mean, change - mixed**2 / mean]
 
 

@@ -25,8 +25,8 @@ from flexband.errors import InputError
 from flexband.mechanics.bodies.assumed_strains import (
     ENDS,
     axial_strain,
-    bending,
     bent,
+    curvature_shapes,
     interpolate,
     interpolation,
     line_stiffness,
@@ -330,7 +330,7 @@ class Beam(CentreLine):
         load_term = load_curvature(inertia, nodes[3] - nodes[0], now[3]) * length / EA
         return (
             axial_strain(xi, axial, now[3:5], 0.5 * (shear[0] + shear[1]), pull, load_term),
-            np.tensordot(bending(xi), bend_strains, 1) / length,
+            np.tensordot(curvature_shapes(xi), bend_strains, 1) / length,
             interpolate(ENDS, change[5:7], xi),
             interpolate(ENDS, thickness, xi),
         )

@@ -96,15 +96,15 @@ class Body(ABC):
         """Return the forms of z that the body itself requires to vanish; none by default."""
         return []
 
-    def divided(self, points: Iterable[str]) -> Self:
-        """Return the body with a mesh whose section forces may jump at these named points.
+    def divide_at(self, points: Iterable[str]) -> Self:
+        """Divide the mesh at these named points, where section forces may jump; return the body.
 
         By default a body has no mesh and is returned as it is.
         """
         return self
 
-    def refined(self, parts: int) -> Self:
-        """Return the body on a mesh with this many elements in place of each, with the same points.
+    def refine_mesh(self, parts: int) -> Self:
+        """Return the body on a mesh with `parts` elements in place of each, with the same points.
 
         By default a body has no mesh and is returned as it is.
         """

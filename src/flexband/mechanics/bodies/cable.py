@@ -20,8 +20,8 @@ from flexband.basics.checks import check_positive
 from flexband.mechanics.bodies.assumed_strains import (
     AXIAL,
     axial_strain,
-    bending,
     bent,
+    curvature_shapes,
     line_stiffness,
     load_curvature,
     slope,
@@ -143,7 +143,7 @@ class Cable(CentreLine):
         ends = q.reshape(4, 2, *q.shape[1:])
         load_term = load_curvature(inertia, ends[2] - ends[0], now[3]) * length / EA
         axial = axial_strain(xi, change[:3], now[3:], -EI / EA * by_length, 0.0, load_term)
-        return axial, np.tensordot(bending(xi), change[3:], 1) / length, by_length
+        return axial, np.tensordot(curvature_shapes(xi), change[3:], 1) / length, by_length
 
     def section_forces(self, state: ElementState) -> Sequence[np.ndarray]:
         (axial, bending, by_length), (EA, EI) = self.strains(state), state.section

@@ -29,7 +29,7 @@ from flexband.errors import InputError
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, add_pairs, point
 from flexband.mechanics.bodies.curves import Path, arc, drawn, measure_path
 from flexband.mechanics.bodies.mesh import Mesh, divided_mesh
-from flexband.mechanics.bodies.properties import Along, Property, evaluated
+from flexband.mechanics.bodies.properties import Along, Property, evaluate_property
 from flexband.mechanics.kernels.elements.hermite import POSITIONS, WEIGHTS, hermite, hermite_slope
 from flexband.mechanics.kernels.forms import Form, PlanarFrame, Vector, add, scale, subtract
 
@@ -53,7 +53,7 @@ class CentreLine(Body):
     `angle`, `velocity`, `rate`, `curvature` and both retardation times.
 
     `elements_per_node` is the number of elements between two named nodes. It is more than one if
-    the mesh was `refined`, so that "node 2" stays where it was. `elements_left_out` tells whether
+    the mesh was refined, so that "node 2" stays where it was. `elements_left_out` tells whether
     no number of elements was given.
 
     `divisions` are the places, as fractions of the length, where loads and joints act between the
@@ -282,7 +282,7 @@ class CentreLine(Body):
         if callable(self.curvature):
             panels = 64  # of Simpson's rule between two nodes
             places = np.arange(self.elements * panels + 1) / panels
-            curvature = self.evaluated(places, "curvature [1/m]", self.curvature, check_finite)
+            curvature = self.evaluate_at(places, "curvature [1/m]", self.curvature, check_finite)
             steps = None if self.mesh.even else panels * self.mesh.at(places)
             curve = drawn(curvature, length / panels, steps)
             x, y, turn = (column[:, ::panels] for column in curve)
@@ -304,12 +304,12 @@ class CentreLine(Body):
                 rates += [-rate * q[d + 1], rate * q[d]]
         return rates
 
-    def refined(self, parts: int) -> Self:
+    def refine_mesh(self, parts: int) -> Self:
         elements = parts * self.elements
         per_node = parts * self.elements_per_node
         return replace(self, elements=elements, elements_per_node=per_node, elements_left_out=False)
 
-    def divided(self, points: Iterable[str]) -> Self:
+    def divide_at(self, points: Iterable[str]) -> Self:
         places = set()
         for name in points:
             with suppress(InputError):  # it is refused where the point is used
@@ -317,9 +317,9 @@ class CentreLine(Body):
         divisions = tuple(sorted(places - {0.0, 1.0}))
         return self if divisions == self.divisions else replace(self, divisions=divisions)
 
-    def located(self, name: str) -> float:
+    def element_position(self, name: str) -> float:
         """Return the position of a named point, in elements from the start; refuse others."""
-        return self.mesh.located(self._place(name))
+        return self.mesh.element_position(self._place(name))
 
     def _place(self, name: str) -> float:
         """Return the place of a named point in lengths of an element, if all were equal."""
@@ -340,7 +340,7 @@ class CentreLine(Body):
         return place
 
     def frame(self, name: str, first: int) -> PlanarFrame:
-        place = self.located(name)
+        place = self.element_position(name)
         rows = first + self.element_rows
         # At a node the frame is that of the node.
         if place == self.elements:
@@ -357,13 +357,13 @@ class CentreLine(Body):
         xi = place - element
         length = self.length_of(element)
 
-        def combined(h, position, slope):
+        def combine(h, position, slope):
             ends = add(scale(h[0] * position, a.position), scale(h[2] * position, b.position))
             return add(ends, add(scale(h[1] * slope, a.x), scale(h[3] * slope, b.x)))
 
-        x = combined(hermite_slope(xi), 1 / length, 1.0)
+        x = combine(hermite_slope(xi), 1 / length, 1.0)
         axes = x, self.section_direction(xi, a, b, x)
-        return PlanarFrame(combined(hermite(xi), 1.0, length), axes)
+        return PlanarFrame(combine(hermite(xi), 1.0, length), axes)
 
     def fractions(self, parts: int) -> np.ndarray:
         """Return fractions of the length that divide each element into this many equal parts."""
@@ -374,14 +374,18 @@ class CentreLine(Body):
     def at_gauss_points(self, name: str, value: Property, check: Callable) -> np.ndarray:
         """Return a property at the Gauss points, shape (n or 1, elements, GAUSS_POINTS)."""
         places = np.arange(self.elements)[:, None] + POSITIONS
-        values = self.evaluated(np.append(places.ravel(), (0.0, self.elements)), name, value, check)
+        values = self.evaluate_at(
+            np.append(places.ravel(), (0.0, self.elements)), name, value, check
+        )
         return values[:, :-2].reshape(-1, *places.shape)  # the ends were checked as well
 
-    def evaluated(
+    def evaluate_at(
         self, places: np.ndarray, name: str, value: Property, check: Callable
     ) -> np.ndarray:
-        """Return a property at `places`, in elements from the start, shape (n or 1, places)."""
-        return evaluated(self.even_length[..., None] * self.mesh.at(places), name, value, check)
+        """Evaluate a property at `places`, in elements from the start, shape (n or 1, places)."""
+        return evaluate_property(
+            self.even_length[..., None] * self.mesh.at(places), name, value, check
+        )
 
     @property
     def weights(self) -> np.ndarray:

@@ -27,8 +27,8 @@ class Mesh(NamedTuple):
         """Return places in elements from the start in units."""
         return places if self.even else np.interp(places, np.arange(len(self.nodes)), self.nodes)
 
-    def located(self, place: float) -> float:
-        """Return a place in units in elements from the start."""
+    def element_position(self, place: float) -> float:
+        """Return the position in elements from the start of a place in units."""
         if not len(self.doubled):
             return place
         position = float(np.interp(place, self.nodes, np.arange(len(self.nodes))))
@@ -40,7 +40,7 @@ def divided_mesh(elements: int, elements_per_node: int, divisions: Sequence[floa
     """Return the mesh with nodes at these ascending fractions, if it has enough elements."""
     even = np.arange(elements + 1.0)
     for coarse in (elements // elements_per_node, elements):
-        places = _apart(coarse * np.asarray(divisions, dtype=float), coarse)
+        places = _drop_close_places(coarse * np.asarray(divisions, dtype=float), coarse)
         if len(places) < coarse:
             break
     parts = len(places) + 1
@@ -57,8 +57,8 @@ def divided_mesh(elements: int, elements_per_node: int, divisions: Sequence[floa
     return mesh._replace(nodes=even, even=True) if is_even else mesh
 
 
-def _apart(places: np.ndarray, end: float, min_distance: float = 0.01) -> list[float]:
-    """Return the places that are not too close to the ends and to the place before, in units."""
+def _drop_close_places(places: np.ndarray, end: float, min_distance: float = 0.01) -> list[float]:
+    """Drop places that are too close to the ends or to the place before; all in units."""
     divisions = [0.0]
     for place in places:
         if min(place - divisions[-1], end - place) > min_distance:

@@ -21,8 +21,8 @@ Along = Callable[[str, Property, Callable], np.ndarray]
 The result has shape (n or 1, …)."""
 
 
-def evaluated(x: np.ndarray, name: str, value: Property, check: Callable) -> np.ndarray:
-    """Return a property at positions x [m] of one or all samples, shape (n or 1, positions)."""
+def evaluate_property(x: np.ndarray, name: str, value: Property, check: Callable) -> np.ndarray:
+    """Evaluate a property at positions x [m] of one or all samples, (n or 1, positions)."""
     values = (
         evaluate_function(value, x, name)
         if callable(value)

@@ -267,7 +267,7 @@ class RigidBody(Body):
         points = {"center": self.center, **self.points}
         check_option("point", name, points)
         (x, y), (cx, cy) = points[name], self.center
-        return PlanarFrame.of_rigid_node(first).moved(np.subtract(x, cx), np.subtract(y, cy))
+        return PlanarFrame.of_rigid_node(first).translate(np.subtract(x, cx), np.subtract(y, cy))
 
     def constraints(self, first: int) -> list[Form]:  # Eq. (24): r_x has length one
         x = PlanarFrame.of_rigid_node(first).x

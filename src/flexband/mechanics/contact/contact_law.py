@@ -20,7 +20,6 @@ from flexband.mechanics.contact.normal_laws import NormalLaw
 from flexband.mechanics.kernels.lanes import (
     any_true,
     compiled,
-    filled,
     less,
     load,
     load_rows,
@@ -28,6 +27,7 @@ from flexband.mechanics.kernels.lanes import (
     maximum,
     minimum,
     power,
+    splat,
     sqrt,
     store_rows,
     where,
@@ -84,20 +84,20 @@ def damping_coefficient(depth, elastic, mode, mass, p):
 
     `mode` is minus δ̇₀. `mass` is the effective one, negative where the impact is over.
     """
-    none = filled(0.0)
+    none = splat(0.0)
     n = p[1]
     speed = maximum(-mode, p[3])
     impact_over = less(mass, none)
     mass = magnitude(mass)
     # From the restitution of the impact, and from the damping of vibrations.
     of_impact = p[2] * elastic / speed
-    tangent = n * elastic / maximum(depth, filled(1e-300))
+    tangent = n * elastic / maximum(depth, splat(1e-300))
     of_vibration = 2.0 * p[4] * sqrt(tangent * mass)
-    reach = 2.0 * elastic * depth / ((n + 1.0) * maximum(mass, filled(1e-300)) * speed * speed)
-    reach = where(impact_over, filled(1e300), reach / (IMPACT_REACH * IMPACT_REACH))
-    damping = maximum(of_impact / maximum(reach, filled(1.0)), of_vibration)
-    c = where(less(filled(1.0), reach), minimum(damping, of_impact), of_impact)
-    return where(less(none, depth), where(less(-mode, filled(MARK.at_rest)), c, none), none)
+    reach = 2.0 * elastic * depth / ((n + 1.0) * maximum(mass, splat(1e-300)) * speed * speed)
+    reach = where(impact_over, splat(1e300), reach / (IMPACT_REACH * IMPACT_REACH))
+    damping = maximum(of_impact / maximum(reach, splat(1.0)), of_vibration)
+    c = where(less(splat(1.0), reach), minimum(damping, of_impact), of_impact)
+    return where(less(none, depth), where(less(-mode, splat(MARK.at_rest)), c, none), none)
 
 
 @compiled
@@ -106,15 +106,15 @@ def normal_force(depth, rate, mode, mass, p):
 
     `mode` is negative where the contact is closed, of the size of δ̇₀.
     """
-    d = maximum(depth, filled(0.0))
-    none = filled(0.0)
-    open_ = less(filled(0.0), mode)
+    d = maximum(depth, splat(0.0))
+    none = splat(0.0)
+    open_ = less(splat(0.0), mode)
     elastic = elastic_force(d, p)
     force = elastic + damping_coefficient(d, elastic, mode, mass, p) * rate
     force = maximum(force, none)
     loss = where(open_, none, (force - elastic) * rate)
     force = where(open_, none, force)
-    return where(less(mode, filled(-0.5 * MARK.unit)), filled(1.0), force), loss
+    return where(less(mode, splat(-0.5 * MARK.unit)), splat(1.0), force), loss
 
 
 @cache
@@ -153,7 +153,7 @@ def _law_of(kernel: Callable[..., tuple], count: int) -> Callable[[int], None]:
 def angular_law(memory):
     """Fill in the moments of an angular stop; its parameters end with a sign and the limit."""
     p = load_rows(memory, 1, 7)
-    none = filled(0.0)
+    none = splat(0.0)
     sign = p[5]
     limit = p[6]
     x = 8

@@ -162,7 +162,7 @@ def run_samples(
         with np.errstate(all="ignore" if failure[0].any() else None):
             derived = derive(system, series.transpose(1, 0, 2))
         lanes = np.minimum(np.arange(places.start, places.stop), len(sample_numbers) - 1)
-        conditions = series[:, system.sensed - len(system.conditions) :]
+        conditions = series[:, system.sensor_row_count - len(system.conditions) :]
         if not schedule.is_regular:
             impulses.extend(_impulses(schedule, lanes[: len(numbers)], numbers, derived))
             last, lane = schedule.lanes(schedule.last, lanes), np.arange(WIDTH)
@@ -228,7 +228,7 @@ def march_block(
     Returns rows (rounds, rows, WIDTH), failures (4, WIDTH), the first z, and the work space. The
     conditions of the joints follow the rows of the sensors.
     """
-    series = np.zeros((rounds + (limits is not None), system.sensed, WIDTH))
+    series = np.zeros((rounds + (limits is not None), system.sensor_row_count, WIDTH))
     work, failure = block_start or begin(system, values)
     first = work.z.copy()
     run(MARCH, system, values, work, series, failure, method, tolerance, limits)

@@ -14,7 +14,7 @@ from flexband.mechanics.engine.generalized_alpha import march
 from flexband.mechanics.engine.initial_conditions import start
 from flexband.mechanics.engine.static_solver import settle
 from flexband.mechanics.kernels.equations import loads, residual, sense, tangent
-from flexband.mechanics.kernels.lanes import cached, filled
+from flexband.mechanics.kernels.lanes import cached, splat
 
 START, HOLD, MARCH, SETTLE, SENSE, RESIDUAL, LOADS, LINEARIZE, STRIKE = range(9)
 
@@ -74,4 +74,4 @@ def statics(task, structure, method, number, values, work, outputs, failure, sto
     else:
         residual(structure, values, now, work.z, work.r, work.blocks)
         if task == LINEARIZE:
-            tangent(structure, values, now, work.z, filled(1.0), number, work.matrix, work.blocks)
+            tangent(structure, values, now, work.z, splat(1.0), number, work.matrix, work.blocks)

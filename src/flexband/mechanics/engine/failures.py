@@ -142,7 +142,7 @@ def _reason(system: System, code: float, row: int, part: float, tried: str, driv
             f"{part:.3g} (m, or rad of an angle)"
         ),
         FAILURE.jammed: lambda: (
-            f"friction of {rough(system)} jams (Painlevé): κ = {part:.3g}, "
+            f"friction of {friction_names(system)} jams (Painlevé): κ = {part:.3g}, "
             "and from κ = 1 on no motion is consistent, or several are. A smaller friction "
             "coefficient, a longer guide, or a load nearer to it makes κ less; or let what is "
             "pressed together be elastic"
@@ -167,8 +167,8 @@ def _massless(system: System) -> str:
     return f"a body without mass or inertia ({', '.join(map(repr, names))})"
 
 
-def rough(system: System, *, switched: bool = False) -> str:
-    """Return the parts that have friction, or the joints that switch."""
+def friction_names(system: System, *, switched: bool = False) -> str:
+    """Return the names of the parts with friction, or of the joints that switch, as text."""
     names = (name for name, f in system.model.frictions if bool(f.active) == switched)
     return " or ".join(dict.fromkeys(map(repr, names)))
 
@@ -176,12 +176,12 @@ def rough(system: System, *, switched: bool = False) -> str:
 def _unsettled_reason(system: System) -> str:
     """Return why nothing that sticks or slides, or becomes active, agrees with the rest."""
     reasons = []
-    if joints := rough(system, switched=True):
+    if joints := friction_names(system, switched=True):
         reasons.append(
             f"joint {joints} becomes active farther from its place than its tolerance, or "
             "contradicts other joints"
         )
-    if parts := rough(system):
+    if parts := friction_names(system):
         reasons.append(
             f"no choice of what sticks and what slides of {parts} agrees with the other forces; "
             "joints that contradict each other may be why"

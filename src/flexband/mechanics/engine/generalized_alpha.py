@@ -23,11 +23,11 @@ from flexband.mechanics.assembly.structure import KEPT
 from flexband.mechanics.engine.projection import (
     PROJECTION,
     accelerate,
+    acceleration_change_mask,
     greatest,
     light,
     project,
     refine,
-    released,
     share,
     strike,
 )
@@ -48,11 +48,11 @@ from flexband.mechanics.kernels.lanes import (
     any_true,
     clear,
     compiled,
-    filled,
     less,
     load,
     magnitude,
     maximum,
+    splat,
     store,
     where,
 )
@@ -232,12 +232,12 @@ def predict(structure, method, values, z, a):
         new = (second_derivative - alpha_m * old) / (1.0 - alpha_m)
         v = load(z, velocity + i)
         fall = h * h * ((0.5 - beta) * old + beta * new)
-        small = less(magnitude(fall) * load(values.inverse_scale, i), filled(NEWTON.max_fall))
+        small = less(magnitude(fall) * load(values.inverse_scale, i), splat(NEWTON.max_fall))
         new = where(small, new, (1.0 - 0.5 / beta) * old)
         changed = ((1.0 - alpha_m) * new + alpha_m * old - alpha_f * second_derivative) / (
             1.0 - alpha_f
         )
-        store(z, i, load(z, i) + h * v + where(small, fall, filled(0.0)))
+        store(z, i, load(z, i) + h * v + where(small, fall, splat(0.0)))
         store(z, velocity + i, v + h * ((1.0 - gamma) * old + gamma * new))
         store(z, acceleration + i, where(small, second_derivative, changed))
         store(a, i, new)
@@ -250,17 +250,17 @@ def correct(structure, method, values, z, a, x, active):
     velocity = state.velocity
     acceleration = state.acceleration
     da_da = (1.0 - method.alpha_f) / (1.0 - method.alpha_m)
-    largest = filled(0.0)
+    largest = splat(0.0)
     for i in range(1, state.coordinates + 1):
         change = load(x, i)
         largest = maximum(largest, magnitude(change) * load(values.inverse_scale, i))
-        change = where(active, change, filled(0.0))
+        change = where(active, change, splat(0.0))
         store(z, i, load(z, i) + method.dq_da * change)
         store(z, velocity + i, load(z, velocity + i) + method.dv_da * change)
         store(z, acceleration + i, load(z, acceleration + i) + change)
         store(a, i, load(a, i) + da_da * change)
     for k in range(state.multiplier, state.angle):
-        store(z, k, load(z, k) + where(active, load(x, k), filled(0.0)))
+        store(z, k, load(z, k) + where(active, load(x, k), splat(0.0)))
     return method.dq_da * largest
 
 
@@ -269,8 +269,8 @@ def shorten_corrections(structure, method, values, x):
     """Shorten Newton's corrections to `NEWTON.max_correction`."""
     largest = greatest(x, 0, values.inverse_scale, structure.state.coordinates)
     largest = method.dq_da * largest
-    short = less(largest, filled(NEWTON.max_correction))
-    part = where(short, filled(1.0), NEWTON.max_correction / largest)
+    short = less(largest, splat(NEWTON.max_correction))
+    part = where(short, splat(1.0), NEWTON.max_correction / largest)
     for i in range(1, structure.state.angle):
         store(x, i, part * load(x, i))
 
@@ -279,7 +279,7 @@ def shorten_corrections(structure, method, values, x):
 def turn_of_jacobian(structure, method, values, x):
     """Return the largest scaled change of the coordinates that Φ_q depends on."""
     curved = structure.terms.curved
-    largest = filled(0.0)
+    largest = splat(0.0)
     for n in range(len(curved)):
         i = curved[n]
         largest = maximum(largest, magnitude(load(x, i)) * load(values.inverse_scale, i))
@@ -298,7 +298,7 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
     If `damped`, each iteration has its own factorization and a correction of limited length.
     """
     z, a, r, rate = work.z, work.a, work.r, work.rate
-    matrix, none = work.matrix, filled(0.0)
+    matrix, none = work.matrix, splat(0.0)
     weight, velocity_part = method.dq_da, method.dv_da / method.dq_da
     active, pending, solved, redundant, previous, moved = alive, alive, none, none, none, none
     lost = none
@@ -331,10 +331,10 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
         if not first:
             store(rate, 0, where(active, change / previous, load(rate, 0)))
         previous, first = (change if first else where(active, change, previous)), False
-        q = maximum(load(rate, 0), filled(1e-3))
-        error = where(less(q, filled(0.9)), q / (1.0 - q) * change, 1e3 * change)
+        q = maximum(load(rate, 0), splat(1e-3))
+        error = where(less(q, splat(0.9)), q / (1.0 - q) * change, 1e3 * change)
         if has_friction:  # after reactions have changed, what is left is soon due to rounding alone
-            error = where(less(change, filled(0.1 * ROUNDING)), none, error)
+            error = where(less(change, splat(0.1 * ROUNDING)), none, error)
         active = where(less(error, tolerance), none, where(solved, none, active))
         if any_true(active) and age < max_iterations:
             continue
@@ -343,7 +343,7 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
         done = project(structure, method, values, now, work, solved, moved)
         settled = NEWTON.settled if matrices < NEWTON.followed else NEWTON.nearly_settled
         change = carry_reactions(structure, values, z, done, matrices == 0)
-        unsettled = less(filled(settled), change)
+        unsettled = less(splat(settled), change)
         done, solved = where(unsettled, none, done), where(unsettled, none, solved)
         pending, solved = where(done, none, pending), where(done, none, solved)
         matrices += 1
@@ -360,7 +360,7 @@ def add_turns(structure, method, values, work, stepping):
     turn_statistics = work.turn_statistics
     for k in range(len(vectors.turning) - 1):
         rate = turning_rate(structure, values, work.z, k)
-        turn = where(stepping, method.step * rate, filled(0.0))
+        turn = where(stepping, method.step * rate, splat(0.0))
         angle = load(turn_statistics, 4 * k + 1) + turn
         square = turn * turn
         store(turn_statistics, 4 * k, load(turn_statistics, 4 * k) + square * square)
@@ -433,7 +433,7 @@ def stand_still(structure, method, work, failed):
         store(z, state.velocity + i, where(failed, rate, load(z, state.velocity + i)))
         store(z, state.acceleration + i, where(failed, second, load(z, state.acceleration + i)))
         store(a, i, where(failed, new, load(a, i)))
-    store(work.rate, 0, where(failed, filled(NEWTON.initial_rate), load(work.rate, 0)))
+    store(work.rate, 0, where(failed, splat(NEWTON.initial_rate), load(work.rate, 0)))
     begin_states(state, z, h, failed)
     clear(work.r, state.velocity + 1)  # and of what is not finite
     clear(work.s, state.velocity + 1)
@@ -446,21 +446,21 @@ def examine(structure, values, now, work, start_redundancy, left_out):
     Constraints that are left out only because bodies are light count from the next attempt on.
     `start_redundancy` is the number of redundant constraints at the start.
     """
-    none = filled(0.0)
+    none = splat(0.0)
     violated = violated_constraint(
         structure, values, now, work.z, work.r, NEWTON.redundant_tolerance
     )
     violated = where(left_out, violated, none)
-    code = where(violated, filled(FAILURE.contradicted), none)
+    code = where(violated, splat(FAILURE.contradicted), none)
     excess_mask = less(start_redundancy, left_out)
     if any_true(excess_mask):
         excess_mask = where(excess_mask, light(structure, values, now, work, left_out), none)
         store(
             work.smallest,
             0,
-            where(excess_mask, filled(PROJECTION.zero_pivot), load(work.smallest, 0)),
+            where(excess_mask, splat(PROJECTION.zero_pivot), load(work.smallest, 0)),
         )
-        code = where(excess_mask, where(violated, filled(FAILURE.diverged), none), code)
+        code = where(excess_mask, where(violated, splat(FAILURE.diverged), none), code)
     return code, violated
 
 
@@ -475,8 +475,8 @@ def restart(structure, work, mask):
 @compiled
 def begin_steps(structure, work):
     """Set the rate of convergence that is assumed, and a unless there is a step before."""
-    store(work.rate, 0, filled(NEWTON.initial_rate))
-    restart(structure, work, less(load(work.steps, 1), filled(SHORTEST_STEP)))
+    store(work.rate, 0, splat(NEWTON.initial_rate))
+    restart(structure, work, less(load(work.steps, 1), splat(SHORTEST_STEP)))
 
 
 @compiled
@@ -485,7 +485,7 @@ def sense_start(structure, values, work, outputs):
     now = np.int64(0)
     moment = load(values.moments, 0)
     begin_extremes(structure.extremes, structure.state, work.z)
-    watch(structure, values, now, work, moment, moment, filled(1.0))
+    watch(structure, values, now, work, moment, moment, splat(1.0))
     sense(structure, values, now, work.z, outputs[0], work.blocks)
 
 
@@ -494,15 +494,15 @@ def finish_impulse(structure, z, struck):
     """Complete the change of v that `strike` has begun."""
     state = structure.state
     for i in range(1, state.coordinates + 1):
-        rest = where(struck, 0.5 * load(z, state.acceleration + i), filled(0.0))
+        rest = where(struck, 0.5 * load(z, state.acceleration + i), splat(0.0))
         store(z, state.velocity + i, load(z, state.velocity + i) + rest)
 
 
 @compiled
 def is_impulse(part, alive):
     """Return where a round is an impulse, see `schedule`."""
-    struck = where(less(magnitude(part), filled(0.5)), alive, filled(0.0))
-    return where(less(filled(0.0), part), filled(0.0), struck)
+    struck = where(less(magnitude(part), splat(0.5)), alive, splat(0.0))
+    return where(less(splat(0.0), part), splat(0.0), struck)
 
 
 @compiled
@@ -511,9 +511,9 @@ def break_off(structure, method, values, now, work, part, alive):
 
     With friction, impulses are those of `free_steps.impacts`, which come before.
     """
-    none = filled(0.0)
+    none = splat(0.0)
     struck = is_impulse(part, alive)
-    restarted = where(less(part, filled(-0.5)), alive, none)
+    restarted = where(less(part, splat(-0.5)), alive, none)
     hold_states(structure.state, work.z, maximum(struck, restarted))
     if any_true(struck) and structure.state.angle == structure.state.friction:
         strike(structure, method, values, now, work, struck)
@@ -532,7 +532,7 @@ def attempt(structure, method, tolerance, values, now, work, start_redundancy, s
     Returns the mask of lanes that failed, with the reasons in `failure`, and the number of
     multipliers left out.
     """
-    none = filled(0.0)
+    none = splat(0.0)
     failed = stepping
     worst = none
     redundant = none
@@ -543,8 +543,8 @@ def attempt(structure, method, tolerance, values, now, work, start_redundancy, s
             structure, method, tolerance, values, now, work, failed, number > 0
         )
         left_out = where(diverged, none, where(failed, left_out, none))
-        code = where(diverged, filled(FAILURE.diverged), none)
-        code = where(lost, filled(FAILURE.undetermined), code)
+        code = where(diverged, splat(FAILURE.diverged), none)
+        code = where(lost, splat(FAILURE.undetermined), code)
         redundant = where(failed, left_out, redundant)
         if any_true(left_out):
             contradicted, violated = examine(
@@ -569,17 +569,17 @@ def share_forces(structure, values, now, work, stepping, redundant, start_redund
     `redundant` constraints were left out of a round that belongs to the time with this number, and
     `start_redundancy` at the start.
     """
-    none = filled(0.0)
+    none = splat(0.0)
     shared = where(stepping, where(redundant, redundant, start_redundancy), none)
     unresolved = none
     excess_mask = where(stepping, less(start_redundancy, redundant), none)
     if any_true(shared):
         unresolved = share(structure, values, now, work, shared)
     excess_mask = where(
-        less(filled(PROJECTION.zero_pivot), load(work.smallest, 0)), excess_mask, none
+        less(splat(PROJECTION.zero_pivot), load(work.smallest, 0)), excess_mask, none
     )  # not light ones
     if any_true(excess_mask):
-        unresolved += released(structure, values, now, work, excess_mask)
+        unresolved += acceleration_change_mask(structure, values, now, work, excess_mask)
     if any_true(unresolved):
         since = where(unresolved, number, none)
         since = where(load(work.unresolved, 0), load(work.unresolved, 0), since)
@@ -589,32 +589,32 @@ def share_forces(structure, values, now, work, stepping, redundant, start_redund
 @compiled
 def march(structure, method, tolerance, values, work, outputs, failure, stop):
     """Simulate one block of samples from the state that `start` has filled, see `entries`."""
-    z, a, none = work.z, work.a, filled(0.0)
+    z, a, none = work.z, work.a, splat(0.0)
     code, start_redundancy = load(failure, 0), load(failure, 3)
     begin_steps(structure, work)
     sense_start(structure, values, work, outputs)
-    alive, before = where(code, none, filled(1.0)), filled(1.0)
+    alive, before = where(code, none, splat(1.0)), splat(1.0)
     rounds, k, snapshot_count = outputs.shape[0] - 1, 0, states_to_keep(structure)
     for n in range(1, rounds + 1):
         if any_true(load(stop, 0)) or not any_true(alive):
             break
         now, part = n * structure.functions, load(values.parts, n)
         stepping = where(less(none, part), alive, none)
-        length = where(less(none, part), part, filled(1.0))
-        other = where(less(length, before), filled(1.0), less(before, length))
+        length = where(less(none, part), part, splat(1.0))
+        other = where(less(length, before), splat(1.0), less(before, length))
         # Begin anew where the length of the step changes.
         if any_true(other):
             restart(structure, work, other)
             shift_states(structure.state, z, length / before, other)
-        before, still = length, where(less(none, part), none, filled(1.0))
+        before, still = length, where(less(none, part), none, splat(1.0))
         divided = any_true(still)
         # Predict and solve the step.
         scaled = of_part(method, length)
-        limit = maximum(tolerance * (length * length), filled(ROUNDING))
+        limit = maximum(tolerance * (length * length), splat(ROUNDING))
         if method.attempts > 1 or divided:
             keep_state(structure, work)
         predict(structure, scaled, values, z, a)
-        begin_states(structure.state, z, length * method.step, filled(1.0))
+        begin_states(structure.state, z, length * method.step, splat(1.0))
         failed, redundant = attempt(
             structure, scaled, limit, values, now, work, start_redundancy, stepping, failure
         )
@@ -639,14 +639,14 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
         # Write the results of the round.
         add_turns(structure, scaled, values, work, stepping)
         moment, earlier = load(values.moments, n), load(values.moments, n - 1)
-        watched = where(less(magnitude(part), filled(0.5)), stepping, alive)
+        watched = where(less(magnitude(part), splat(0.5)), stepping, alive)
         watch(structure, values, now, work, earlier, moment, watched)
         sense(structure, values, now, z, outputs[n], work.blocks)
         end_states(structure.state, z, length * method.step, stepping)
         if any_true(struck):
             finish_impulse(structure, z, struck)
         while k < snapshot_count and kept_at(k, rounds) == n:
-            keep(structure, z, work.snapshots, k, filled(1.0))
+            keep(structure, z, work.snapshots, k, splat(1.0))
             k += 1
-        store(work.reached, 0, filled(float(n)))
+        store(work.reached, 0, splat(float(n)))
     store(work.steps, 1, before * method.step)

@@ -30,11 +30,11 @@ from flexband.mechanics.kernels.lanes import (
     any_true,
     clear,
     compiled,
-    filled,
     less,
     load,
     magnitude,
     maximum,
+    splat,
     store,
     where,
 )
@@ -71,9 +71,9 @@ def elastic_matrix(structure, values, mass, s, work, smallest):
     blocks = work.blocks
     clear_matrix(structure.pattern, matrix)
     add_mass(structure.mass, mass, matrix)
-    add_elastic_tangent(structure, values, z, s, filled(0.0), matrix, blocks)
+    add_elastic_tangent(structure, values, z, s, splat(0.0), matrix, blocks)
     add_constraint_tangent(
-        structure, values, structure.terms, values.terms, np.int64(0), z, filled(0.0), matrix
+        structure, values, structure.terms, values.terms, np.int64(0), z, splat(0.0), matrix
     )
     return factorize(structure.pattern, matrix, smallest, work.r)
 
@@ -88,12 +88,12 @@ def assemble(structure, values, s, work, keeps_shape):
     state = structure.state
     z = work.z
     r = work.r
-    moving = filled(1.0)
-    redundant = filled(0.0)
+    moving = splat(1.0)
+    redundant = splat(0.0)
     for iteration in range(ASSEMBLY.iterations):
         update_angles(structure, values, z)
         left_out = elastic_matrix(
-            structure, values, values.metric, s, work, filled(ASSEMBLY.min_pivot)
+            structure, values, values.metric, s, work, splat(ASSEMBLY.min_pivot)
         )
         if iteration == 0:
             redundant = left_out
@@ -105,17 +105,17 @@ def assemble(structure, values, s, work, keeps_shape):
         pass_on_moments(structure, values, z, r)
         to_right_side(structure, r, s)
         solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
-        largest = filled(0.0)
+        largest = splat(0.0)
         for i in range(1, state.coordinates + 1):
             step = magnitude(s * load(r, i)) * load(values.inverse_scale, i)
             largest = maximum(largest, step)
         # Limit its length, and apply it where the search has not ended.
-        short = less(largest, filled(ASSEMBLY.max_step))
-        part = where(short, filled(1.0), ASSEMBLY.max_step / largest)
+        short = less(largest, splat(ASSEMBLY.max_step))
+        part = where(short, splat(1.0), ASSEMBLY.max_step / largest)
         for i in range(1, state.coordinates + 1):
             step = part * (s * load(r, i))
             store(z, i, where(moving, load(z, i) + step, load(z, i)))
-        moving = where(less(largest, filled(ASSEMBLY.position_tolerance)), filled(0.0), moving)
+        moving = where(less(largest, splat(ASSEMBLY.position_tolerance)), splat(0.0), moving)
         if not any_true(moving):
             break
     return violated_constraint(
@@ -129,7 +129,7 @@ def project_velocities(structure, values, s, work):
     state = structure.state
     z = work.z
     r = work.r
-    elastic_matrix(structure, values, values.regular_mass, s, work, filled(ASSEMBLY.min_pivot))
+    elastic_matrix(structure, values, values.regular_mass, s, work, splat(ASSEMBLY.min_pivot))
     velocity = state.velocity
     terms = structure.terms
     for i in range(1, state.coordinates + 1):
@@ -162,19 +162,19 @@ def start(structure, values, work, failure, keeps_shape, number):
     z = work.z
     for i in range(state.multiplier, state.rows):
         if (i < state.angle or i >= state.velocity) and not state.gap <= i < state.extreme:
-            store(z, i, filled(0.0))
+            store(z, i, splat(0.0))
     s = load(values.rigidity, 0)
     failed, redundant = assemble(structure, values, s, work, keeps_shape)
     set_rest(structure, values, z)
     project_velocities(structure, values, number * s, work)
     if state.rule < state.extreme:
         start_states(structure, values, z, work.blocks)
-        hold_states(state, z, filled(1.0))
-    left_out = projection.accelerate(structure, values, np.int64(0), work, filled(1.0))
+        hold_states(state, z, splat(1.0))
+    left_out = projection.accelerate(structure, values, np.int64(0), work, splat(1.0))
     if any_true(left_out):
         projection.share(structure, values, np.int64(0), work, left_out)
-    code = where(redundant, filled(FAILURE.singular_start), filled(FAILURE.not_assembled))
-    store(failure, 0, where(failed, code, filled(0.0)))
-    store(failure, 1, filled(0.0))
+    code = where(redundant, splat(FAILURE.singular_start), splat(FAILURE.not_assembled))
+    store(failure, 0, where(failed, code, splat(0.0)))
+    store(failure, 1, splat(0.0))
     store(failure, 2, failed - float(state.multiplier))
     store(failure, 3, left_out)

@@ -30,11 +30,11 @@ from flexband.mechanics.kernels.lanes import (
     any_true,
     clear,
     compiled,
-    filled,
     less,
     load,
     magnitude,
     maximum,
+    splat,
     store,
     where,
 )
@@ -96,7 +96,7 @@ PROJECTION = ProjectionOptions()
 @compiled
 def greatest(x, first, scale, count):
     """Return the greatest magnitude of `count` rows of x after `first`, each times its scale."""
-    largest = filled(0.0)
+    largest = splat(0.0)
     for i in range(1, count + 1):
         largest = maximum(largest, magnitude(load(x, first + i)) * load(scale, i))
     return largest
@@ -106,7 +106,7 @@ def greatest(x, first, scale, count):
 def add_rows(z, first, x, begin, end, mask):
     """Add rows `begin` to `end` of x to those of z after `first`, where `mask` is true."""
     for i in range(begin, end):
-        store(z, first + i, load(z, first + i) + where(mask, load(x, i), filled(0.0)))
+        store(z, first + i, load(z, first + i) + where(mask, load(x, i), splat(0.0)))
 
 
 @compiled
@@ -117,7 +117,7 @@ def refine(structure, values, work, x):
     right-hand side corrects x, and so on. Returns the mask of samples in which the corrections do
     not become smaller: a massless body can move there while all that has mass is at rest.
     """
-    unsettled = filled(0.0)
+    unsettled = splat(0.0)
     if len(structure.mass.massless) > 0:
         unsettled = refine_massless(
             structure.mass, structure.pattern, structure.state, values.mass, values.regular_mass,
@@ -129,8 +129,8 @@ def refine(structure, values, work, x):
 @compiled
 def refine_massless(mass, pattern, state, entries, regular, inverse_scale, matrix, t, x):
     """Perform `refine`, with `t` as work space."""
-    none = filled(0.0)
-    pending = filled(1.0)
+    none = splat(0.0)
+    pending = splat(1.0)
     largest = none
     last = none
     for i in range(state.angle):
@@ -171,15 +171,15 @@ def project(structure, method, values, now, work, solved, moved):
     matrix = work.matrix
     velocity = state.velocity
     end = state.multiplier
-    none = filled(0.0)
+    none = splat(0.0)
     # Project the velocities, unless the Jacobian is too old for them.
     clear(r, velocity)
     subtract_speed_errors(structure, values, now, z, r)
     solve(pattern, pattern.reached, matrix, (r,))
     refine(structure, values, work, r)
     largest = greatest(r, 0, values.inverse_scale, state.coordinates)
-    inexact = less(filled(PROJECTION.max_error), method.step * largest * moved)
-    inexact = where(less(moved, filled(PROJECTION.max_change)), inexact, filled(1.0))
+    inexact = less(splat(PROJECTION.max_error), method.step * largest * moved)
+    inexact = where(less(moved, splat(PROJECTION.max_change)), inexact, splat(1.0))
     mask = where(inexact, none, solved)
     add_rows(z, velocity, r, 1, end, mask)
     # Project the accelerations and the method's variable a, with the multipliers.
@@ -198,7 +198,7 @@ def project(structure, method, values, now, work, solved, moved):
 @compiled
 def mass_matrix(structure, values, mass, now, z, matrix):
     """Set the matrix to [M, Φ_qᵀ; Φ_q, 0] with the entries `mass` of M."""
-    none = filled(0.0)
+    none = splat(0.0)
     clear_matrix(structure.pattern, matrix)
     add_mass(structure.mass, mass, matrix)
     add_jacobian(structure, values, now, z, none, matrix)
@@ -212,7 +212,7 @@ def solve_accelerations(structure, values, now, work):
     r = work.r
     residual(structure, values, now, z, r, work.blocks)
     for i in range(1, state.angle):
-        store(r, i, -load(r, i) if i <= state.coordinates else filled(0.0))
+        store(r, i, -load(r, i) if i <= state.coordinates else splat(0.0))
     subtract_rate_errors(structure, values, now, z, work.a, r, work.s)
     solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
 
@@ -227,7 +227,7 @@ def accelerate(structure, values, now, work, mask):
     state = structure.state
     z = work.z
     r = work.r
-    none = filled(0.0)
+    none = splat(0.0)
     mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
     left_out = factorize(structure.pattern, work.matrix, load(work.smallest, 0), r)
     pending = mask
@@ -245,7 +245,7 @@ def accelerate(structure, values, now, work, mask):
         if count > 0:
             retry_mask = maximum(
                 less(PROJECTION.settled * largest, change),
-                less(filled(PROJECTION.settled), followed),
+                less(splat(PROJECTION.settled), followed),
             )
             pending = where(retry_mask, pending, none)
             if not any_true(pending):
@@ -255,10 +255,10 @@ def accelerate(structure, values, now, work, mask):
         add_rows(z, 0, r, state.multiplier, state.angle, pending)
         followed = carry_reactions(structure, values, z, pending, count == 0)
     if has_friction:
-        jammed = where(less(filled(PROJECTION.jammed), followed), pending, none)
+        jammed = where(less(splat(PROJECTION.jammed), followed), pending, none)
         for i in range(1, state.coordinates + 1):
             row = state.acceleration + i
-            store(z, row, where(jammed, filled(np.nan), load(z, row)))
+            store(z, row, where(jammed, splat(np.nan), load(z, row)))
     return where(mask, left_out, none)
 
 
@@ -272,13 +272,13 @@ def strike(structure, method, values, now, work, struck):
     state = structure.state
     z = work.z
     r = work.r
-    none = filled(0.0)
+    none = splat(0.0)
     residual(structure, values, now, z, r, work.blocks)
     tangent(
-        structure, values, now, z, filled(method.dq_da), filled(method.dv_da / method.dq_da),
+        structure, values, now, z, splat(method.dq_da), splat(method.dv_da / method.dq_da),
         work.matrix, work.blocks,
     )  # fmt: skip
-    factorize(structure.pattern, work.matrix, filled(PROJECTION.zero_pivot), r)
+    factorize(structure.pattern, work.matrix, splat(PROJECTION.zero_pivot), r)
     clear(r, state.velocity)
     subtract_speed_errors(structure, values, now, z, r)
     solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
@@ -305,17 +305,17 @@ def light(structure, values, now, work, left_out):
 
 
 @compiled
-def released(structure, values, now, work, mask):
-    """Return which lanes in `mask` accelerate otherwise if only redundant rows are left out."""
+def acceleration_change_mask(structure, values, now, work, mask):
+    """Return in which lanes of `mask` accelerations change if only redundant rows are left out."""
     state = structure.state
     z = work.z
     r = work.r
     mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
-    factorize(structure.pattern, work.matrix, filled(PROJECTION.zero_pivot), r)
+    factorize(structure.pattern, work.matrix, splat(PROJECTION.zero_pivot), r)
     solve_accelerations(structure, values, now, work)
     change = greatest(r, 0, values.inverse_scale, state.coordinates)
     largest = greatest(z, state.acceleration, values.inverse_scale, state.coordinates)
-    return where(less(PROJECTION.released * largest, change), mask, filled(0.0))
+    return where(less(PROJECTION.released * largest, change), mask, splat(0.0))
 
 
 @compiled
@@ -331,7 +331,7 @@ def share(structure, values, now, work, shared):
     r = work.r
     shares = work.s
     matrix = work.matrix
-    none = filled(0.0)
+    none = splat(0.0)
     pending = shared
     change = none
     largest = none

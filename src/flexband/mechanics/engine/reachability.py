@@ -38,7 +38,7 @@ def find_out_of_reach(
         values = packed(0)
         work, failure = begin(system, values)
         rounds = int(packed.schedule.last[number - 1, 0]) + 1
-        series = np.zeros((rounds, system.sensed, WIDTH))
+        series = np.zeros((rounds, system.sensor_row_count, WIDTH))
         run(MARCH, system, values, work, series, failure, method, float(integrator.tolerance))
         next_values = pack(
             system, times[number:] if number + 1 < len(times) else times[-2:], lane_samples

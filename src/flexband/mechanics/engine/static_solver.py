@@ -19,11 +19,11 @@ from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lanes import (
     any_true,
     compiled,
-    filled,
     less,
     load,
     magnitude,
     maximum,
+    splat,
     store,
     where,
 )
@@ -61,15 +61,15 @@ def settle(structure, values, work, outputs, failure, stop):
     now = np.int64(0)
     # Begin at rest.
     for i in range(1, state.coordinates + 1):
-        store(z, state.velocity + i, filled(0.0))
-        store(z, state.acceleration + i, filled(0.0))
-    moving = where(load(failure, 0), filled(0.0), filled(1.0))
+        store(z, state.velocity + i, splat(0.0))
+        store(z, state.acceleration + i, splat(0.0))
+    moving = where(load(failure, 0), splat(0.0), splat(1.0))
     first_weight = load(values.rigidity, 0)
     w = load(values.rigidity, 0)
     begin_extremes(structure.extremes, state, z)
-    all_lanes = filled(1.0)
+    all_lanes = splat(1.0)
     for n in range(STATIC.iterations + 1):
-        watch(structure, values, now, work, filled(max(n - 1.0, 0.0)), filled(1.0 * n), all_lanes)
+        watch(structure, values, now, work, splat(max(n - 1.0, 0.0)), splat(1.0 * n), all_lanes)
         sense(structure, values, now, z, outputs[n], work.blocks)
         if n == STATIC.iterations or any_true(load(stop, 0)) or not any_true(moving):
             break
@@ -77,12 +77,12 @@ def settle(structure, values, work, outputs, failure, stop):
         residual(structure, values, now, z, r, work.blocks)
         tangent(structure, values, now, z, w, 0.0, matrix, work.blocks)
         to_right_side(structure, r, w)
-        factorize(structure.pattern, matrix, filled(ASSEMBLY.min_pivot), r)
+        factorize(structure.pattern, matrix, splat(ASSEMBLY.min_pivot), r)
         backward(structure.pattern, matrix, (r,))
-        largest = filled(0.0)
+        largest = splat(0.0)
         for i in range(1, state.coordinates + 1):
             largest = maximum(largest, magnitude(w * load(r, i)) * load(values.inverse_scale, i))
-        part = where(less(largest, filled(STATIC.max_step)), filled(1.0), STATIC.max_step / largest)
+        part = where(less(largest, splat(STATIC.max_step)), splat(1.0), STATIC.max_step / largest)
         for i in range(1, state.angle):
             step = part * load(r, i)
             if i <= state.coordinates:
@@ -90,8 +90,8 @@ def settle(structure, values, work, outputs, failure, stop):
             store(z, i, where(moving, load(z, i) + step, load(z, i)))
         # Let the weight of the stiffness grow while steps are short.
         grown = less(w, 0.99 * STATIC.total_growth * first_weight)
-        short = less(largest, filled(STATIC.max_step))
-        done = where(grown, filled(0.0), less(largest, filled(STATIC.tolerance)))
-        moving = where(done, filled(0.0), moving)
+        short = less(largest, splat(STATIC.max_step))
+        done = where(grown, splat(0.0), less(largest, splat(STATIC.tolerance)))
+        moving = where(done, splat(0.0), moving)
         w = where(short, where(grown, STATIC.growth * w, w), w)
-    store(failure, 0, where(moving, filled(FAILURE.not_settled), load(failure, 0)))
+    store(failure, 0, where(moving, splat(FAILURE.not_settled), load(failure, 0)))

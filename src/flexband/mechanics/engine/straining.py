@@ -52,7 +52,7 @@ class Members:
         self.axes = [system.model.axes[name][:, 0] for name in self.bodies]
 
     @cached_property
-    def bending(self) -> list[tuple[np.ndarray, np.ndarray]]:
+    def turn_strains(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Turns of elements at the start, and the strain per further turn, (elements, n or 1)."""
         pairs = []
         for body in self.bodies.values():
@@ -73,7 +73,8 @@ class Members:
                 gx[:, i] * gx[:, i + 1] + gy[:, i] * gy[:, i + 1],
             )
             start, per_turn = (
-                values[:, samples] if values.shape[1] > 1 else values for values in self.bending[m]
+                values[:, samples] if values.shape[1] > 1 else values
+                for values in self.turn_strains[m]
             )
             kinds = np.hypot(gx, gy) - 1, (turn - start) * per_turn, turn
             for kind, strains in enumerate(kinds):

@@ -94,14 +94,14 @@ class PrescribedRotation(AlignedJoint):
                 )
         return frame(self.first), frame(self.second)
 
-    def _aligned(self, frame: Resolve) -> tuple[Form, Form]:
+    def _misalignment(self, frame: Resolve) -> tuple[Form, Form]:
         name = "PrescribedRotation angle [rad]"
         c, s = (Form.function(Composed(outer, self.angle, name)) for outer in (np.cos, np.sin))
         return alignment(*self._sections(frame), c, s)
 
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return the sine of the angle from the prescribed direction to the first normal."""
-        return [self._aligned(frame)[0]]
+        return [self._misalignment(frame)[0]]
 
     def held(self, frame: Resolve) -> list[Held]:
         return [held_turn(*self._sections(frame), Form.function(self.angle))]

@@ -158,18 +158,20 @@ class HoldingJoint(Joint):
     def constraints(self, frame: Resolve) -> list[Form]:
         return [row.travel for row in self.held(frame)]
 
-    def _loaded(self, frame: Resolve, multipliers: Sequence[Form]) -> list[tuple[Held, Form]]:
-        """Return the rows with their multipliers, zero if there are none."""
+    def _pair_multipliers(
+        self, frame: Resolve, multipliers: Sequence[Form]
+    ) -> list[tuple[Held, Form]]:
+        """Pair the rows with their multipliers, or with zeros if there are none."""
         rows = self.held(frame)
         return [*zip(rows, multipliers or [Form({})] * len(rows), strict=False)]
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector | None:
-        pairs = self._loaded(frame, multipliers)
+        pairs = self._pair_multipliers(frame, multipliers)
         forces = [scale(-m, row.force) for row, m in pairs if row.force is not None]
         return reduce(add, forces) if forces else None
 
     def moments(self, frame: Resolve, multipliers: Sequence[Form]) -> list[Couple]:
-        pairs = self._loaded(frame, multipliers)
+        pairs = self._pair_multipliers(frame, multipliers)
         return [(-m * np.asarray(row.moment), []) for row, m in pairs if row.moment is not None]
 
 

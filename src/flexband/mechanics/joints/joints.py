@@ -53,10 +53,10 @@ from flexband.mechanics.kernels.forms import (
     add,
     cross,
     dot,
+    rotate,
     scale,
     section_normal,
     subtract,
-    turned,
 )
 from flexband.mechanics.kernels.relations import across, alignment, along, meet, parallel, turn
 
@@ -71,13 +71,13 @@ class AlignedJoint(PairJoint):
         """The angle that they keep [rad]."""
         return np.asarray(self.angle, dtype=float)
 
-    def _aligned(self, frame: Resolve) -> tuple[Form, Form]:
+    def _misalignment(self, frame: Resolve) -> tuple[Form, Form]:
         """Return the sine and the cosine of the angle between the sections, less the given one."""
         return alignment(frame(self.first), frame(self.second), *_unit(self._turn))
 
     def conditions(self, frame: Resolve) -> list[Form]:
         """Return the cosine of the angle between the sections."""
-        return [self._aligned(frame)[1]]
+        return [self._misalignment(frame)[1]]
 
 
 class LineJoint(PairJoint):
@@ -180,7 +180,7 @@ class Revolute(PairJoint):
         return meet(self._pin(frame), second) + parallel(first, second)
 
     def _pin(self, frame: Resolve) -> Frame:
-        return frame(self.first).moved(*checked_offset("Revolute offset [m]", self.offset))
+        return frame(self.first).translate(*checked_offset("Revolute offset [m]", self.offset))
 
     def held(self, frame: Resolve) -> list[Held]:
         return held_place(self._pin(frame), frame(self.second))
@@ -253,8 +253,8 @@ class Weld(AlignedJoint):
         """Return r_first − r_second and the sines of the angles of sections and axes."""
         first = frame(self.first)
         second = frame(self.second)
-        rows = [*meet(first, second), *parallel(first, second), self._aligned(frame)[0]]
-        return [*rows, cross(turned(second.x, self.angle), first.x)] if self.axis else rows
+        rows = [*meet(first, second), *parallel(first, second), self._misalignment(frame)[0]]
+        return [*rows, cross(rotate(second.x, self.angle), first.x)] if self.axis else rows
 
     def held(self, frame: Resolve) -> list[Held]:
         """Return the place and the angle between the sections; `axis` is of no effect."""
@@ -351,7 +351,7 @@ class Prismatic(LineJoint, AlignedJoint):
             )
             height = -(side + np.asarray(self.clearance))
             numbers = line_parameters(normal, centre=(centre_x, centre_y), height=height)
-            corner = frame(self.first).moved(centre_x, centre_y)
+            corner = frame(self.first).translate(centre_x, centre_y)
             lever = subtract(corner.position, frame(self.first).position)
             travel = partial(
                 travel_on_line, corner, frame(self.second), normal, lever=lever, height=height
@@ -385,7 +385,7 @@ class Prismatic(LineJoint, AlignedJoint):
         first = frame(self.first)
         second = frame(self.second)
         rows = [row.travel for row in self._across(frame, self.offset[0])]
-        return [*rows, *parallel(first, second, self.axis), self._aligned(frame)[0]]
+        return [*rows, *parallel(first, second, self.axis), self._misalignment(frame)[0]]
 
     def held(self, frame: Resolve) -> list[Held]:
         angle_row = held_turn(frame(self.first), frame(self.second), self._turn)

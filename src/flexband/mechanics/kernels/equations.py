@@ -30,11 +30,11 @@ from flexband.mechanics.kernels.lanes import (
     add_to,
     clear,
     compiled,
-    filled,
     less,
     load,
     magnitude,
     maximum,
+    splat,
     store,
     where,
 )
@@ -54,13 +54,13 @@ def violated_constraint(structure, values, now, z, r, tolerance):
     update_angles(structure, values, z)
     clear(r, state.velocity)
     add_constraints(structure.terms, values.terms, values.functions, now, z, r)
-    largest = filled(0.0)
-    worst = filled(0.0)
+    largest = splat(0.0)
+    worst = splat(0.0)
     for k in range(state.multiplier, state.friction):
         off = magnitude(load(r, k)) * load(values.inverse_scale, 1)
-        worst = where(less(off, largest), worst, filled(float(k)))
+        worst = where(less(off, largest), worst, splat(float(k)))
         largest = maximum(off, largest)
-    return where(less(largest, filled(tolerance)), filled(0.0), worst)
+    return where(less(largest, splat(tolerance)), splat(0.0), worst)
 
 
 @compiled
@@ -94,7 +94,7 @@ def clear_matrix(pattern, matrix):
     """Set the matrix to zero, and the pivots that fill up its tiles to one."""
     clear(matrix, pattern.rows)
     for k in range(len(pattern.filled_up)):
-        store(matrix, pattern.filled_up[k], filled(1.0))
+        store(matrix, pattern.filled_up[k], splat(1.0))
 
 
 @compiled

@@ -12,12 +12,12 @@ import numpy as np
 
 from flexband.mechanics.kernels.lanes import (
     compiled,
-    filled,
     less,
     load,
     magnitude,
     maximum,
     minimum,
+    splat,
     store,
     where,
 )
@@ -49,7 +49,7 @@ def begin_extremes(extremes, state, z):
     for k in range(len(extremes.kind)):
         kind = extremes.kind[k]
         counted = kind in (KINDS.integral, KINDS.closings, KINDS.work)
-        none = filled(0.0) if counted else filled(np.nan)
+        none = splat(0.0) if counted else splat(np.nan)
         store(z, state.extreme + k, none)
 
 
@@ -69,32 +69,32 @@ def update_extremes(extremes, windows, state, z, forms, before, time, mask):
         previous = load(z, result + k)
         latest = load(z, result + count + k)
         # Leave out what is outside of the window.
-        inside = where(less(time, first), filled(0.0), mask)
-        inside = where(less(last, time), filled(0.0), inside)
+        inside = where(less(time, first), splat(0.0), mask)
+        inside = where(less(last, time), splat(0.0), inside)
         new = value
         kind = extremes.kind[k]
-        closed = where(less(filled(0.0), latest), less(value, filled(0.0)), filled(0.0))
+        closed = where(less(splat(0.0), latest), less(value, splat(0.0)), splat(0.0))
         # Find the new value of the extreme, by its kind.
         if kind > KINDS.instant:
             number = load(z, result + k - (kind - KINDS.instant))
-            nth = less(magnitude(number - float(kind - KINDS.instant)), filled(0.5))
-            new = filled(1.0) * time
-            inside = where(closed, where(nth, inside, filled(0.0)), closed)
+            nth = less(magnitude(number - float(kind - KINDS.instant)), splat(0.5))
+            new = splat(1.0) * time
+            inside = where(closed, where(nth, inside, splat(0.0)), closed)
         elif kind == KINDS.closings:
             new = previous + closed
         elif kind == KINDS.integral:
-            length = where(less(before, time), time - before, filled(1.0))
+            length = where(less(before, time), time - before, splat(1.0))
             low = maximum(before, first)
             high = minimum(time, last)
-            covered = maximum(high - low, filled(0.0))
+            covered = maximum(high - low, splat(0.0))
             slope = (value - latest) / length
             middle = latest + slope * (0.5 * (low + high) - before)
-            part = where(less(before, time), covered * middle, filled(0.0))
+            part = where(less(before, time), covered * middle, splat(0.0))
             new = previous + part
             inside = mask
         elif kind == KINDS.work:
             moved = load(forms, k + 1) - load(z, result + count + k + 1)
-            part = where(less(before, time), 0.5 * (latest + value) * moved, filled(0.0))
+            part = where(less(before, time), 0.5 * (latest + value) * moved, splat(0.0))
             new = previous + part
             inside = mask
         elif kind == KINDS.largest:

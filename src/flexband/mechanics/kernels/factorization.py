@@ -18,13 +18,13 @@ import numpy as np
 from flexband.mechanics.kernels.lanes import (
     add_to,
     compiled,
-    filled,
     less,
     load,
     load_each,
     load_rows,
     magnitude,
     plus,
+    splat,
     store_each,
     store_rows,
     times,
@@ -56,7 +56,7 @@ def factorize(pattern, matrix, smallest, x):
     magnitudes of its terms. A solution has zero for such a multiplier, as if it had no constraint.
     Returns how many there are as a lane.
     """
-    redundant, unity, below = filled(0.0), filled(1.0), pattern.below
+    redundant, unity, below = splat(0.0), splat(1.0), pattern.below
     for k in range(pattern.columns):
         diagonal, first, multiplier = pattern.start[k], pattern.first[k], pattern.is_multiplier[k]
         # Subtract the products with the rows before from the pivot's tile and x.
@@ -84,15 +84,15 @@ def factorize(pattern, matrix, smallest, x):
         inverse_a = 1.0 / a
         if multiplier:
             sound = less(smallest * size_a, magnitude(a))
-            inverse_a = where(sound, inverse_a, filled(0.0))
-            redundant += where(sound, filled(0.0), unity)
+            inverse_a = where(sound, inverse_a, splat(0.0))
+            redundant += where(sound, splat(0.0), unity)
         ratio = b * inverse_a
         d -= ratio * b
         inverse_d = 1.0 / d
         if multiplier:
             sound = less(smallest * (size_d + magnitude(ratio * b)), magnitude(d))
-            inverse_d = where(sound, inverse_d, filled(0.0))
-            redundant += where(sound, filled(0.0), unity)
+            inverse_d = where(sound, inverse_d, splat(0.0))
+            redundant += where(sound, splat(0.0), unity)
         i01 = -ratio * inverse_d
         store_rows(matrix, 4 * diagonal, (inverse_a - ratio * i01, i01, i01, inverse_d))
         # Subtract the products from the tiles below.

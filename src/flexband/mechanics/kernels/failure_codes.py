@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from flexband.mechanics.kernels.lanes import compiled, filled, load, store, where
+from flexband.mechanics.kernels.lanes import compiled, load, splat, store, where
 
 
 class FailureCodes(NamedTuple):
@@ -36,6 +36,6 @@ FAILURE = FailureCodes(*(1.0 + k for k in range(len(FailureCodes._fields))))
 def note_failure(failure, code, lanes):
     """Note a code in the `lanes` that have not failed so far; return which these are."""
     old_code = load(failure, 0)
-    new = where(old_code, filled(0.0), lanes)
-    store(failure, 0, where(new, filled(code), old_code))
+    new = where(old_code, splat(0.0), lanes)
+    store(failure, 0, where(new, splat(code), old_code))
     return new

@@ -85,7 +85,7 @@ class Form:
         """Return the form f(t)."""
         return Form({(0, 0, function): np.asarray(1.0)})
 
-    def shifted(self, rows: int) -> Form:
+    def shift(self, rows: int) -> Form:
         """Return the linear form with z_{rows + j} in place of every z_j.
 
         With the row where [0, v] or [0, a] starts this is the first or second rate of the form.
@@ -207,7 +207,7 @@ def cross(a: Vector, b: Vector) -> Form:
     return a[0] * b[1] - a[1] * b[0]
 
 
-def turned(a: Vector, angle: ArrayLike) -> Vector:
+def rotate(a: Vector, angle: ArrayLike) -> Vector:
     """Return `a` rotated by an angle [rad]."""
     c, s = (f(np.asarray(angle, dtype=float)) for f in (np.cos, np.sin))
     return a[0] * c - a[1] * s, a[0] * s + a[1] * c
@@ -280,10 +280,10 @@ class Frame:
         )
         return self.rigid and other.rigid and same
 
-    def shifted(self, rows: int) -> Self:
-        """Return the rates of the frame, or its second rates; see `Form.shifted`."""
+    def shift(self, rows: int) -> Self:
+        """Return the rates of the frame, or its second rates; see `Form.shift`."""
         position, *axes = (
-            tuple(form.shifted(rows) for form in vector) for vector in (self.position, *self.axes)
+            tuple(form.shift(rows) for form in vector) for vector in (self.position, *self.axes)
         )
         return replace(self, position=position, axes=tuple(axes))
 
@@ -292,7 +292,7 @@ class Frame:
         parts = zip(components, self.axes[: len(components)], strict=True)
         return reduce(add, (scale(component, axis) for component, axis in parts))
 
-    def moved(self, *components: ArrayLike) -> Self:
+    def translate(self, *components: ArrayLike) -> Self:
         """Return the frame at local coordinates [m] on the same rigid body, Eq. (25)."""
         return replace(self, position=add(self.position, self.direction(*components)))
 

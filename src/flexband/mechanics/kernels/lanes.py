@@ -152,7 +152,7 @@ def add_to(array, row, value):
 def clear(array, rows):
     """Set the first `rows` rows to zero."""
     for row in range(rows):
-        store(array, row, filled(0.0))
+        store(array, row, splat(0.0))
 
 
 @compiled
@@ -200,17 +200,17 @@ def operation(function: Callable) -> Any:
     """Make a function that returns LLVM's code of a lane from those of lanes an `instruction`."""
 
     @wraps(function)
-    def typed(typingctx, *lanes):
+    def type_call(typingctx, *lanes):
         def code(context, builder, sig, args):
             return function(builder, *args)
 
         return lane_type.lane(*[lane_type.lane] * len(lanes)), code
 
-    return instruction(typed)
+    return instruction(type_call)
 
 
 @operation
-def filled(builder, value):
+def splat(builder, value):
     """Return a lane that holds one float for every sample."""
     return value  # a float as an argument becomes a lane
 

@@ -112,7 +112,7 @@ def analyse(
 
     first = [pairs[p][0] for p in order]
 
-    def ordered(rows: Mapping[int, list[tuple[int, int]]]) -> Rows:
+    def index_rows(rows: Mapping[int, list[tuple[int, int]]]) -> Rows:
         inner = [entry for row in rows.values() for entry in row]
         return Rows(
             first=_indices([first[k] for k in rows]),
@@ -133,8 +133,8 @@ def analyse(
         start=_indices(start),
         row=_indices([row for row, _ in tiles]),
         unknown=_indices([first[row] for row, _ in tiles]),
-        below=ordered(dict(enumerate(rows))),
-        reached=ordered(_reached_rows([pair in multipliers for pair in order], rows)),
+        below=index_rows(dict(enumerate(rows))),
+        reached=index_rows(_reached_rows([pair in multipliers for pair in order], rows)),
         product_start=_indices(product_start),
         product_v=_indices(product_v),
         product_l=_indices(product_l),

@@ -26,10 +26,10 @@ from flexband.mechanics.kernels.angles import (
 from flexband.mechanics.kernels.lanes import (
     add_to,
     compiled,
-    filled,
     less,
     load,
     maximum,
+    splat,
     sqrt,
     store,
     where,
@@ -45,7 +45,7 @@ RELAXED = 1e300
 @compiled
 def _length(x, y, h):
     """Return the length of a vector, which is never 0."""
-    return maximum(sqrt(x * x + y * y + h * h), filled(SHORTEST))
+    return maximum(sqrt(x * x + y * y + h * h), splat(SHORTEST))
 
 
 @compiled
@@ -84,25 +84,25 @@ def _rate(structure, values, z, s):
 def _ramp(table, first, k, x):
     """Return B_k and its derivative; the places of the table start in row `first`."""
     if k == 0:
-        return filled(1.0), filled(0.0)
+        return splat(1.0), splat(0.0)
     x = x - load(table, first + k - 1)
     if k == 1:
-        return x, filled(1.0)
-    after = less(filled(0.0), x)
-    return where(after, x, filled(0.0)), where(after, filled(1.0), filled(0.0))
+        return x, splat(1.0)
+    after = less(splat(0.0), x)
+    return where(after, x, splat(0.0)), where(after, splat(1.0), splat(0.0))
 
 
 @compiled
 def _table(springs, table, s, x, rate):
     """Return g and its derivatives by x and by ṡ."""
-    value = filled(0.0)
-    slope = filled(0.0)
-    damping = filled(0.0)
+    value = splat(0.0)
+    slope = splat(0.0)
+    damping = splat(0.0)
     first = springs.table[s]
     rows = springs.places[s]
     columns = springs.rates[s]
     if rows == 0:
-        return filled(1.0), slope, damping
+        return splat(1.0), slope, damping
     for i in range(rows):
         bx, dx = _ramp(table, first, i, x)
         for j in range(columns):
@@ -273,5 +273,5 @@ def set_rest(structure, values, z):
     rest = values.springs.rest
     for s in range(len(structure.springs.f)):
         rest_elongation = load(rest, s)
-        relaxed = less(filled(0.5 * RELAXED), rest_elongation)
+        relaxed = less(splat(0.5 * RELAXED), rest_elongation)
         store(rest, s, where(relaxed, elongation(structure, values, z, s), rest_elongation))

@@ -15,9 +15,9 @@ from scipy.linalg import get_lapack_funcs
 
 from flexband.mechanics.engine.threads import stop_flag
 from flexband.mechanics.linearization.eigenmodes import (
-    allowed,
     eigenmodes,
     is_symmetric,
+    nullspace_basis,
     reduce_matrix,
     softest,
 )
@@ -112,8 +112,8 @@ class Balance:
             z[equations.multipliers] = self.carried / self.norms
         # Reduce the forces to the directions that constraints allow.
         self.z = z
-        self.linear = equations.linear(z, spin).following(self.following(self.rows))
-        self.basis = allowed(self.linear.Phi, size, tolerances.rank)
+        self.linear = equations.linear(z, spin).follow_reactions(self.reaction_matrix(self.rows))
+        self.basis = nullspace_basis(self.linear.Phi, size, tolerances.rank)
         with np.errstate(invalid="ignore"):  # a law that fails, which is told later
             self.forces = self.basis.T @ r
             self.loose = self.basis.T @ loose
@@ -139,8 +139,8 @@ class Balance:
                 break
         return r
 
-    def following(self, rows: np.ndarray) -> np.ndarray | None:
-        """Return R of `Linear.following` with these constraints, the first of which are of joints.
+    def reaction_matrix(self, rows: np.ndarray) -> np.ndarray | None:
+        """Return R of `Linear.follow_reactions` with these constraints, those of joints first.
 
         δλ = −(I + Φ⁺ᵀ G)⁻¹ Φ⁺ᵀ δr balances forces on the directions of the constraints.
         """
@@ -168,14 +168,14 @@ class Balance:
         return float(np.abs(np.linalg.eigvals(changes)).max())
 
     @property
-    def free(self) -> int:
+    def freedom_count(self) -> int:
         """Number of the allowed directions."""
         return self.basis.shape[1]
 
     @property
     def redundant(self) -> bool:
         """Whether constraints depend on each other, so that multipliers are not unique."""
-        return self.free > self.basis.shape[0] - len(self.rows)
+        return self.freedom_count > self.basis.shape[0] - len(self.rows)
 
     @property
     def weakest(self) -> int:
@@ -189,13 +189,13 @@ class Balance:
     @property
     def largest_force(self) -> float:
         """The largest load, inertia force or reaction, times the size [N m]."""
-        forces = (*self.equations.given(self.z), self.pull)
+        forces = (*self.equations.applied_forces(self.z), self.pull)
         loads = [np.abs(self.equations.size * force).max() for force in forces]
         return max(np.abs(self.rows.T * self.carried).max(initial=0.0), *loads)
 
     @cached_property
-    def tolerated(self) -> np.ndarray:
-        """The force along each allowed direction that counts as none [N m]."""
+    def force_tolerance(self) -> np.ndarray:
+        """Largest force along each allowed direction that counts as zero [N m]."""
         size = self.equations.size
         position = np.abs(self.z[self.equations.q]) + size
         noise = ROUNDING * np.abs(self.basis).T @ (self.linear.terms @ position)
@@ -205,7 +205,7 @@ class Balance:
     @property
     def excess(self) -> float:
         """The largest force that is not balanced, over the one that is allowed."""
-        return float(np.max(np.abs(self.forces) / self.tolerated, initial=0.0))
+        return float(np.max(np.abs(self.forces) / self.force_tolerance, initial=0.0))
 
     @cached_property
     def stiffness(self) -> tuple[np.ndarray, np.ndarray, Factors | None]:
@@ -214,13 +214,13 @@ class Balance:
         It is none where a move by the whole size would change forces by less than is tolerated.
         """
         matrix = reduce_matrix(self.linear.K + self.linear.L, self.basis)
-        tolerance_root = np.sqrt(self.tolerated)
+        tolerance_root = np.sqrt(self.force_tolerance)
         return _scale_by_diagonal(
             np.where(np.abs(matrix) < tolerance_root * tolerance_root[:, None], 0.0, matrix)
         )
 
     @property
-    def unresolved(self) -> bool:
+    def has_lost_stiffness(self) -> bool:
         """Whether forces act along directions whose stiffness is lost in rounding errors."""
         matrix, scale, factors = self.stiffness
         if factors is not None:
@@ -249,7 +249,7 @@ class Balance:
         y = scale * _solution(matrix, factors, scale * right)
         return (constraint_step + self.basis @ y) / size
 
-    def moved(self, step: np.ndarray) -> Balance:
+    def after_step(self, step: np.ndarray) -> Balance:
         """Return the balance after a step, relative to the size."""
         z = self.z.copy()
         z[self.equations.q] += step * self.equations.size
@@ -260,7 +260,7 @@ class Balance:
         M = reduce_matrix(self.linear.M, self.basis)
         forces = self.forces - self.loose
         if not np.abs(forces).max(initial=0.0) > 0:
-            forces = np.ones(self.free)
+            forces = np.ones(self.freedom_count)
         direction = -self.basis @ np.linalg.solve(M, forces) / self.equations.size
         return direction / np.abs(direction).max()
 
@@ -269,12 +269,12 @@ class Balance:
         """The matrices of small motions, in which states of force laws are unknowns."""
         if not self.equations.state_count:
             return self.linear
-        linear = self.equations.coupled(self.z, self.spin)
-        return linear.following(self.following(self.rows))
+        linear = self.equations.linear_with_states(self.z, self.spin)
+        return linear.follow_reactions(self.reaction_matrix(self.rows))
 
     def lowest(self) -> float:
         """Return the lowest ω² [1/s²] of the symmetric part of the stiffness, or 0."""
-        if not self.free:
+        if not self.freedom_count:
             return 0.0
         return float(softest(self.linear, self.basis, 1)[0][0])
 
@@ -372,7 +372,7 @@ def find_rest(
         size = np.maximum(size, np.maximum(np.abs(y), np.abs(before)))
         if not np.isfinite(balance.z).all():
             break
-        switched = equations.switched(balance.z)
+        switched = equations.update_law_modes(balance.z)
         same = np.array_equal(switched, balance.z)
         settled = balance if success else settled
         if same and settled and np.all(np.abs(y - before) <= search.state_change * size):
@@ -389,7 +389,7 @@ def find_rest(
 
 def _hurry_law_states(equations: Equations, z: np.ndarray, step: float) -> np.ndarray:
     """Return a state from which states of force laws take such a step [s] of Euler's method."""
-    z = equations.held(z)
+    z = equations.freeze_law_states(z)
     z[equations.state.rule : equations.state.gap][1:2] = step
     return z
 
@@ -405,7 +405,7 @@ def _rest(
         other, lower = _search_rest(equations, start, spin, search, downhill=True)
         if lower and other.stable:
             balance = other
-    return balance, success and not balance.unresolved
+    return balance, success and not balance.has_lost_stiffness
 
 
 def _search_rest(
@@ -434,7 +434,7 @@ def _search_rest(
             if np.abs(step).max() < search.rest_step:
                 if excess < 0.01 and violation < 1e-13 and not spin.rate:
                     return balance, True
-                last = balance.moved(step)
+                last = balance.after_step(step)
                 return last if last.excess <= 1.0 else balance, True
         # Take a step with inertia, or a push where Newton's method is stuck.
         if downhill:
@@ -459,6 +459,6 @@ def _search_rest(
         else:
             weight = weight / 10.0
         before = excess
-        balance = balance.moved(min(1.0, longest / max(largest, 1e-300)) * step)
+        balance = balance.after_step(min(1.0, longest / max(largest, 1e-300)) * step)
         longest = 1.2 * longest if largest > longest else search.max_step
     return balance, False

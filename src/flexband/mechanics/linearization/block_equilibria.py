@@ -36,7 +36,7 @@ def block_equilibria(
     work, failure = begin(system, values)
     state = system.structure.state
     work.z[state.multiplier : state.angle] = 0.0
-    Equations.closed(system, work.z)
+    Equations.close_contacts(system, work.z)
     work.z[state.rule : state.gap][1:2] = RestSearch().state_step
     start = work.z.copy()
     failed = failure.copy()
@@ -45,7 +45,7 @@ def block_equilibria(
     if not any(spin.rate for spin in spins):
         snap_throughs(system, values, start, failed)
         for k in range(1, steps + 1):
-            rows = np.full((STATIC.iterations + 1, system.sensed, WIDTH), np.nan)
+            rows = np.full((STATIC.iterations + 1, system.sensor_row_count, WIDTH), np.nan)
             run(SETTLE, system, raise_loads(values, k / steps), work, rows, failure)
             on_way.append(rows[~np.isnan(rows).all(axis=(1, 2))])
     # Find the rest of each sample from there.
@@ -57,7 +57,7 @@ def block_equilibria(
         z = work.z[:, lane] if np.isfinite(work.z[:, lane]).all() else start[:, lane]
         for k in range(1, steps if spin.rate else 1):
             equations = Equations(system, raise_loads(values, k / steps), lane)
-            z = find_rest(equations, z, spin.raised(k / steps), z)[0].z
+            z = find_rest(equations, z, spin.scale_centrifugal(k / steps), z)[0].z
         first = z if spin.rate else start[:, lane]
         balance, settled = find_rest(Equations(system, values, lane), z, spin, first)
         balances.append(balance)
@@ -68,10 +68,10 @@ def block_equilibria(
             failed[:, lane] = balance.equations.failure[:, 0]
         work.z[:, lane] = balance.z
     # Check the conditions of the joints.
-    rows = np.zeros((1, system.sensed, WIDTH))
+    rows = np.zeros((1, system.sensor_row_count, WIDTH))
     run(SENSE, system, values, work, rows, failed)
     for condition in range(len(system.conditions)):
-        wrong = rows[0, system.sensed - len(system.conditions) + condition] < 0
+        wrong = rows[0, system.sensor_row_count - len(system.conditions) + condition] < 0
         failed[:3, wrong & (failed[0] == 0)] = [[FAILURE.wrong_branch], [0.0], [condition]]
     return BlockEquilibria(np.concatenate([*on_way, rows]), failed, balances, start)
 
@@ -82,7 +82,7 @@ def _loose(system: System, balance: Balance) -> float:
     It is 0 where loads are balanced, or nothing can move.
     """
     forces = np.abs(balance.forces).max(initial=0.0)
-    if not (balance.free and np.isfinite(forces) and forces > 0 and balance.excess > 1):
+    if not (balance.freedom_count and np.isfinite(forces) and forces > 0 and balance.excess > 1):
         return 0.0
     model = system.model
     moved = np.abs(balance.push())

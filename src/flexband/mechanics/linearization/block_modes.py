@@ -14,7 +14,7 @@ from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.batch import begin, derive, run
 from flexband.mechanics.engine.entries import SENSE
-from flexband.mechanics.engine.failures import rough
+from flexband.mechanics.engine.failures import friction_names
 from flexband.mechanics.engine.redundancy import dependent, refuse_shared_friction, require_inertia
 from flexband.mechanics.kernels.friction.modes import MODE
 from flexband.mechanics.kernels.lane_arrays import WIDTH
@@ -97,14 +97,15 @@ class ModeSolver:
         for lane, balance in enumerate(balances):
             if failure[0, lane]:
                 continue
-            if not balance.free and not balance.equations.state_count:
+            if not balance.freedom_count and not balance.equations.state_count:
                 raise InputError("the mechanism has no degree of freedom, so it has no modes")
             z = balance.z
             linear = balance.motion
             sample = int(numbers[lane])
             if self.at_start:
                 z = work.z[:, lane]
-                linear = balance.equations.coupled(z, still)  # with the multipliers of the motion
+                # Linearize with the multipliers of the motion.
+                linear = balance.equations.linear_with_states(z, still)
                 if balance.excess > self.unbalanced:
                     unbalanced.append(sample)
             require_inertia(system, balance.equations.values, z[:, None], numbers[lane : lane + 1])
@@ -112,7 +113,7 @@ class ModeSolver:
             linear = linear._replace(M=balance.equations.mass, D=damping)
             basis = balance.basis
             sliding = z[balance.equations.senses] != MODE.inactive
-            stuck = balance.equations.holding(z) & ~sliding
+            stuck = balance.equations.can_hold(z) & ~sliding
             if system.model.frictions:
                 linear, basis = _with_friction(balance, linear, z, stuck, sample)
             modes = self._lowest(linear, basis, sample, z)
@@ -132,19 +133,19 @@ class ModeSolver:
             candidates = candidates._replace(thickness=across)
             listed = np.flatnonzero(self.thickness | ~across)
             if len(listed) >= self.count or len(candidates.s) < asked:
-                return candidates.selected(listed[: self.count])
+                return candidates.select(listed[: self.count])
             asked *= 2
 
     def _shapes(self, equations: Equations, z: np.ndarray, modes: Eigenmodes) -> np.ndarray:
         """Return the outputs' derivatives along each vector, shape (modes, outputs)."""
         system = equations.system
         work = equations.work
-        rows = np.zeros((system.sensed, WIDTH))
+        rows = np.zeros((system.sensor_row_count, WIDTH))
         shapes = []
         vectors = modes.vectors
         sizes = equations.size
         q = np.arange(equations.q.start, equations.q.stop)
-        z = equations.held(z)
+        z = equations.freeze_law_states(z)
         if equations.state_count:
             vectors = np.vstack([vectors, modes.states])
             sizes = np.append(sizes, equations.state_sizes(z, no_rotation(system)))
@@ -170,7 +171,7 @@ def _with_friction(
     system = balance.equations.system
     if np.any(system.structure.friction.one_way * z[equations.senses] < 0):
         raise InputError("a OneWayClutch would lock, so the mechanism does not slide steadily")
-    stuck = equations.sticking(z)[hold_mask] * equations.size
+    stuck = equations.friction_jacobian(z)[hold_mask] * equations.size
     basis = basis @ null_space(stuck / equations.size @ basis)
     if not basis.shape[1]:
         raise InputError("friction holds all that can move, so there are no modes")
@@ -181,10 +182,10 @@ def _with_friction(
     rows = np.vstack([balance.rows, stuck / norms])
     if balance.contraction(rows, linear.M) >= 1:
         raise InputError(
-            f"friction of {rough(system)} jams: with it no motion is consistent, or several are "
-            "(Painlevé), so there are no modes"
+            f"friction of {friction_names(system)} jams: with it no motion is consistent, or "
+            "several are (Painlevé), so there are no modes"
         )
-    coupled = equations.coupled(z, balance.spin)
+    coupled = equations.linear_with_states(z, balance.spin)
     damping = coupled.D + contact_damping(equations, z, coupled)
     linear = coupled._replace(M=linear.M, D=damping)
-    return linear.following(balance.following(rows)), basis
+    return linear.follow_reactions(balance.reaction_matrix(rows)), basis

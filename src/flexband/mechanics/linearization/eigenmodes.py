@@ -37,7 +37,7 @@ class Eigenmodes(NamedTuple):
     thickness: np.ndarray = np.zeros(0, dtype=bool)  # whether each is of the thickness of beams
     states: np.ndarray = np.zeros((0, 0))  # what each moves of states of force laws, as columns
 
-    def selected(self, selection: np.ndarray) -> Eigenmodes:
+    def select(self, selection: np.ndarray) -> Eigenmodes:
         """Return some of the modes."""
         states = self.states[:, selection] if len(self.states) else self.states
         s, vectors, thickness = (part[..., selection] for part in self[:3])
@@ -60,7 +60,7 @@ class Eigenmodes(NamedTuple):
         return 0.0 - np.real(self.s) / np.maximum(np.abs(self.s), np.finfo(float).tiny)
 
 
-def allowed(Phi: np.ndarray, size: np.ndarray, rank: float = RANK) -> np.ndarray:
+def nullspace_basis(Phi: np.ndarray, size: np.ndarray, rank: float = RANK) -> np.ndarray:
     """Return a basis of Φ_q δq = 0 in some coordinates, which keeps soft and stiff parts apart."""
     n = len(size)
     if not len(Phi):

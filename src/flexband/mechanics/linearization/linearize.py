@@ -10,7 +10,7 @@ too:
     M δq̈ + … = Q_y δy,   δẏ = g_q δq + g_v δq̇ + g_y δy
 
 Friction that slides is a load. Where it depends on reactions, it adds G δλ. With δλ from the
-equations themselves, that is R (M δq̈ + D δq̇ + (K + L) δq), see `Linear.following`.
+equations themselves, that is R (M δq̈ + D δq̇ + (K + L) δq), see `Linear.follow_reactions`.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class Linear(NamedTuple):
         """What multiplies δq̈: M, with the part of friction that is not symmetric."""
         return self.M if self.carried is None else self.M + self.carried
 
-    def following(self, R: np.ndarray | None) -> Linear:
+    def follow_reactions(self, R: np.ndarray | None) -> Linear:
         """Return the matrices with friction that follows reactions, R of the forces."""
         if R is None:
             return self
@@ -83,8 +83,8 @@ class Spin:
     # positions, zero in those of directions
     centre: np.ndarray
 
-    def raised(self, part: float) -> Spin:
-        """Return the rotation that has this part of the centrifugal forces."""
+    def scale_centrifugal(self, part: float) -> Spin:
+        """Return a slower rotation, with this part of the centrifugal forces."""
         return Spin(np.sqrt(part) * self.rate, self.centre)
 
     def pace(self, size: np.ndarray) -> float:
@@ -168,15 +168,15 @@ class Equations:
         """Number of the states of force laws."""
         return rows_of_states.py_func(self.state).states
 
-    def held(self, z: np.ndarray) -> np.ndarray:
-        """Return the state with the states of force laws as they are, whatever their rates."""
+    def freeze_law_states(self, z: np.ndarray) -> np.ndarray:
+        """Return the state in which the states of force laws keep their values, without rates."""
         z = z.copy()
         z[self.y0] = z[self.y]
         z[self.state.rule : self.state.sliding] = 0.0
         return z
 
-    def switched(self, z: np.ndarray) -> np.ndarray:
-        """Return the state with the modes of laws, but not of contacts, that its gaps have."""
+    def update_law_modes(self, z: np.ndarray) -> np.ndarray:
+        """Return the state with the modes of laws that fit its gaps; contacts keep theirs."""
         z = z.copy()
         rows = rows_of_gaps.py_func(self.state)
         self.loads(z[:, None])
@@ -187,8 +187,8 @@ class Equations:
         return z
 
     @staticmethod
-    def closed(system: System, z: np.ndarray) -> None:
-        """Let contacts have the forces of their depth in these states, shape (rows, WIDTH)."""
+    def close_contacts(system: System, z: np.ndarray) -> None:
+        """Close all contacts in these states, (rows, WIDTH): forces follow from the depth alone."""
         kinds = system.structure.laws.gap_kind
         rows = rows_of_gaps.py_func(system.structure.state)
         z[rows.mode :][: rows.number][np.isin(kinds, (GAP.length, GAP.angle))] = -MARK.at_rest
@@ -242,8 +242,8 @@ class Equations:
             z[self.senses] = np.where(rest, MODE.inactive, np.sign(speeds))
         return z
 
-    def holding(self, z: np.ndarray, *, min_share: float = 1e-9) -> np.ndarray:
-        """Return which frictions can hold something: the normal force is above `min_share`.
+    def can_hold(self, z: np.ndarray, *, min_share: float = 1e-9) -> np.ndarray:
+        """Return which frictions can hold: their normal force is above `min_share`.
 
         That is a part of the largest reaction or load. Joints that switch hold if they are active,
         and clutches that turn one way always.
@@ -288,15 +288,15 @@ class Equations:
         last = self.state.friction - 1
         return self._matrix(z, 0.0)[n:last, :n]
 
-    def sticking(self, z: np.ndarray) -> np.ndarray:
+    def friction_jacobian(self, z: np.ndarray) -> np.ndarray:
         """Return the derivatives of the travels of friction, shape (frictions, coordinates)."""
         z = z.copy()
         self.residual(z)  # which sets the distance of circles, as long as they do not stick
         z[self.senses] = MODE.sticks
         return self._matrix(z, 0.0)[self.state.friction - 1 :, : self.state.coordinates]
 
-    def given(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the constant forces, and those of products and force laws."""
+    def applied_forces(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the constant generalized forces, and those of products and force laws."""
         return self.values.weight[self.q, 0], self.loads(z[:, None])[:, 0]
 
     def directionless(self, z: np.ndarray) -> tuple[bool, np.ndarray]:
@@ -342,18 +342,18 @@ class Equations:
         self._run(LOADS, self.system)
         return -self.work.r[self.q]
 
-    def coupled(self, z: np.ndarray, spin: Spin) -> Linear:
+    def linear_with_states(self, z: np.ndarray, spin: Spin) -> Linear:
         """Return the matrices about a state with the states of force laws as unknowns."""
         if not self.state_count:
             return self.linear(z, spin)
-        z = self.held(z)
+        z = self.freeze_law_states(z)
         scale = self.state_sizes(z, spin)
         states = self._state_derivatives(z, spin, scale)
         return self.linear(z, spin)._replace(states=states)
 
     def state_sizes(self, z: np.ndarray, spin: Spin) -> np.ndarray:
         """Return positive sizes of the states of laws: their values, or those of a motion."""
-        z = self.held(z)
+        z = self.freeze_law_states(z)
         first = self._state_derivatives(z, spin, np.maximum(np.abs(z[self.y]), 1.0))
         caused = np.abs(first.by_place * self.size).max(axis=1, initial=0.0)
         decay = np.abs(np.diag(first.by_state))

@@ -106,6 +106,6 @@ def _settle(
     work = WorkSpace.from_structure(system.structure)
     failure = np.zeros((4, WIDTH))
     work.z[:] = z
-    rows = np.empty((STATIC.iterations + 1, system.sensed, WIDTH))
+    rows = np.empty((STATIC.iterations + 1, system.sensor_row_count, WIDTH))
     run(SETTLE, system, raise_loads(values, part), work, rows, failure)
     return work.z.copy(), failure[0] == 0

@@ -368,13 +368,13 @@ def _compile_with_checks(law, done: dict[int, Dispatcher]) -> Dispatcher:
     if not isinstance(function, FunctionType):
         raise TypeError("it is not a Python function")
 
-    def replaced(value):
+    def compile_value(value):
         return _compile_with_checks(value, done) if isinstance(value, Dispatcher) else value
 
     # Replace compiled functions among the globals and in the closure.
     reads = _names(function.__code__) | {"__builtins__", "__name__"}
-    global_values = {n: replaced(v) for n, v in function.__globals__.items() if n in reads}
-    cells = {n: CellType(replaced(v)) for n, v in _cells(function)}
+    global_values = {n: compile_value(v) for n, v in function.__globals__.items() if n in reads}
+    cells = {n: CellType(compile_value(v)) for n, v in _cells(function)}
     closure = tuple(cells.get(n, CellType()) for n in function.__code__.co_freevars)
     # Compile a copy that reads these.
     name = function.__name__

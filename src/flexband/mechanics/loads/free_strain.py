@@ -53,7 +53,7 @@ class _Free:
         if member.element_table == "continua":
             raise InputError(f"a {name} must be that of a Cable, or a Beam without integration")
         places = (np.arange(member.elements)[:, None] + xi).ravel()
-        steady = member.evaluated(places, f"{name} {kind}", value, check_finite)
+        steady = member.evaluate_at(places, f"{name} {kind}", value, check_finite)
         factor = Form.constant(1.0) if self.factor is None else Form.function(self.factor)
         forms = [Form.constant(np.squeeze(column)) * factor for column in steady.T]
         if self.history is not None:

@@ -44,7 +44,7 @@ class EquationForms(PartRows):
         return [0.0 if polar.length else self.drawn(polar.vector) for polar in polars]
 
     @cached_property
-    def turning(self) -> list[tuple[str, list[Vector]]]:
+    def turn_axes(self) -> list[tuple[str, list[Vector]]]:
         """The axes that turn with each body, and the rods of joints, with the part's name."""
         parts = []
         for name, (axes, *_) in self.axes.items():

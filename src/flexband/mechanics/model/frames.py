@@ -93,8 +93,8 @@ class Frames:
         return self.members[name], self.first_coordinates[name]
 
     @cached_property
-    def given(self) -> list[np.ndarray]:
-        """The guess [1, q] for the start, as the bodies state it."""
+    def initial_guess(self) -> list[np.ndarray]:
+        """The initial guess of [1, q], from the bodies."""
         coordinates = [
             name_errors(f"body {name!r}", body.coordinates) for name, body in self.bodies.items()
         ]

@@ -70,7 +70,7 @@ class Mechanism:
         for name, body in self.bodies.items():
             name_errors(f"body {name!r}", check_body, body)
         # Bodies are divided where something acts on them.
-        object.__setattr__(self, "bodies", Fixed(self._divided()))
+        object.__setattr__(self, "bodies", Fixed(self._divide_bodies()))
         (first, dimension), *others = ((k, body.dimension) for k, body in self.bodies.items())
         for name, other in others:
             if other != dimension:
@@ -93,17 +93,17 @@ class Mechanism:
         check_outputs(model.outputs)
         for name, sensor in self.sensors.items():
             rows = name_errors(f"sensor {name!r}", sensor.rows, model)
-            count = len(model.watched)
+            count = len(model.watch_list)
             name_errors(f"sensor {name!r}", check_forms, "rows", rows, model.state.rows + count)
 
-    def _divided(self) -> dict[str, Body]:
-        """Return the bodies, divided where joints and loads act."""
+    def _divide_bodies(self) -> dict[str, Body]:
+        """Divide the bodies at the points where joints and loads act."""
         points: dict[str, list[str]] = {name: [] for name in self.bodies}
         for part in (*self.joints.values(), *self.loads.values()):
             for body, point in map(body_and_point, part.points):
                 if body in points:
                     points[body].append(point)
-        return {name: body.divided(points[name]) for name, body in self.bodies.items()}
+        return {name: body.divide_at(points[name]) for name, body in self.bodies.items()}
 
     def _check_joint(self, joint: Joint) -> None:
         rows = joint.constraints(self.model.frame)
@@ -149,7 +149,7 @@ class Mechanism:
         """
         check_integer("parts", parts, 1)
         bodies = {
-            name: name_errors(f"body {name!r}", body.refined, parts)
+            name: name_errors(f"body {name!r}", body.refine_mesh, parts)
             for name, body in self.bodies.items()
         }
         if all(bodies[name] is body for name, body in self.bodies.items()):

@@ -42,11 +42,11 @@ class Model(EquationForms):
 
     def velocity(self, point: PointName) -> Frame:
         """Return the rates of a point's frame."""
-        return self.frame(point).shifted(self.state.velocity)
+        return self.frame(point).shift(self.state.velocity)
 
     def acceleration(self, point: PointName) -> Frame:
         """Return the second rates of a point's frame."""
-        return self.frame(point).shifted(self.state.acceleration)
+        return self.frame(point).shift(self.state.acceleration)
 
     def joint(self, name: str) -> tuple[Joint, list[Form]]:
         """Return a joint and its multipliers: of springs, their tensions.
@@ -78,7 +78,7 @@ class Model(EquationForms):
 
     def over_steps(self, sensor: OverSteps) -> list[Form]:
         """Return what the engine makes of the outputs of a sensor over its steps."""
-        rows = [k for k, entry in enumerate(self.watched) if entry.sensor is sensor]
+        rows = [k for k, entry in enumerate(self.watch_list) if entry.sensor is sensor]
         return [Form.variable(self.state.extreme + k) for k in rows]
 
     def generalized_force(self, part: str) -> list[tuple[Form, Form]]:
@@ -139,7 +139,7 @@ class Model(EquationForms):
         return [Form.variable(row) for row in rows]
 
     @cached_property
-    def watched(self) -> list[Watched]:
-        """The forms whose extremes and integrals sensors want, as the engine numbers them."""
+    def watch_list(self) -> list[Watched]:
+        """The forms whose extremes and integrals sensors need, as the engine numbers them."""
         sensors = [s for s in self.sensors.values() if isinstance(s, OverSteps)]
-        return [Watched(*form, s.times, s) for s in sensors for form in s.watched(self)]
+        return [Watched(*form, s.times, s) for s in sensors for form in s.step_forms(self)]

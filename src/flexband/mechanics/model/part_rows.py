@@ -62,7 +62,7 @@ class PartRows(Frames):
             angles=angles,
             sensor_angles=len(self.sensor_points),
             springs=len(self.springs),
-            directions=self.dimension * len(self.following),
+            directions=self.dimension * len(self.following_forces),
             poses=AXES * points,
             law_states=sum(len(law.states) for law in self.laws),
             components=sum(2 * friction.normals for _, friction in self.frictions),
@@ -91,7 +91,9 @@ class PartRows(Frames):
         bodies = [vectors[:, 0].tolist() for vectors in self.node_vectors.values()]
         joints = [joint for joint in self.joints.values() if not joint.holds_start]
         return place_bodies(
-            self.given, bodies, [row for joint in joints for row in joint.constraints(self.frame)]
+            self.initial_guess,
+            bodies,
+            [row for joint in joints for row in joint.constraints(self.frame)],
         )
 
     @cached_property
@@ -158,8 +160,8 @@ class PartRows(Frames):
         return [moment for entries in self.entries.values() for moment in entries.moments]
 
     @cached_property
-    def following(self) -> list[FollowingEntry]:
-        """The forces along directions of flexible members as the engine numbers them."""
+    def following_forces(self) -> list[FollowingEntry]:
+        """The following forces on flexible members, as the engine numbers them."""
         return [force for entries in self.entries.values() for force in entries.following]
 
     def _before(self, load: str, kind: str) -> int:

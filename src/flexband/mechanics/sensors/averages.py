@@ -43,20 +43,20 @@ class Average(OfSensor):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.fixed is None:
+        if self.fixed_window is None:
             length = float(check_numbers("Average window [s]", self.window))
             if not length > 0:
                 raise InputError(f"Average window [s] must be above 0; got {length:g}")
 
     @property
-    def fixed(self) -> tuple[float, float] | None:
+    def fixed_window(self) -> tuple[float, float] | None:
         window = self.window
         return None if np.ndim(window) == 0 else window  # pyright: ignore[reportReturnType]
 
     @property
     def length(self) -> float | None:
         """The length of a moving window [s]."""
-        return None if self.fixed is not None else float(np.asarray(self.window))
+        return None if self.fixed_window is not None else float(np.asarray(self.window))
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
         return [*super().rows(model), *self.sensor.rows(model), Form.function(np.positive)]

@@ -122,7 +122,7 @@ class Contacts(OverSteps):
         force = "N m" if self.angular else "N"
         return [("_number", ""), *instants, ("_force", force), ("_energy", "J")]
 
-    def watched(self, model: SensorModel) -> list[tuple[Form, int]]:
+    def step_forms(self, model: SensorModel) -> list[tuple[Form, int]]:
         kinds = [KINDS.closings, *(KINDS.instant + k for k in range(1, self.first + 1))]
         forms: list[tuple[Form, int]] = []
         for c in contacts_of("Contacts", model, self.part, angular=self.angular):

@@ -65,13 +65,13 @@ class Work(OverSteps):
         check_instance("Work part", self.part, str, "the name of a load or joint")
 
     @property
-    def fixed(self) -> None:
+    def fixed_window(self) -> None:
         return None
 
     def outputs(self, model: SensorModel) -> list[tuple[str, str]]:
         return list(self.units)
 
-    def watched(self, model: SensorModel) -> list[tuple[Form, int]]:
+    def step_forms(self, model: SensorModel) -> list[tuple[Form, int]]:
         kinds = (KINDS.work, KINDS.coordinate)
         pairs = model.generalized_force(self.part)
         return [(form, kind) for pair in pairs for form, kind in zip(pair, kinds, strict=True)]
@@ -127,7 +127,7 @@ class Power(Sensor):
             for polar in terms:
                 rows += polar.vector
             vectors = [form for polar in terms for form in polar.vector] or [displacement]
-            rows += [form.shifted(model.state.velocity) for form in vectors]
+            rows += [form.shift(model.state.velocity) for form in vectors]
         return rows
 
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
@@ -174,4 +174,4 @@ def _rate_in_impulse(variable: Form, model: SensorModel) -> Form:
     _, row, _ = next(iter(variable.terms))
     if row > model.state.coordinates:
         return Form({})
-    return variable.shifted(model.state.velocity) * Form.function(during_impulse)
+    return variable.shift(model.state.velocity) * Form.function(during_impulse)

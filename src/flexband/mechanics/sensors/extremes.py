@@ -30,18 +30,18 @@ class OverSteps(Sensor):
     in_equilibrium = False
 
     @property
-    def fixed(self) -> tuple[float, float] | None:
+    def fixed_window(self) -> tuple[float, float] | None:
         """The window [s], if it does not move."""
         return self.window
 
     @property
     def times(self) -> tuple[float, float]:
         """The first and the last time of the window [s]."""
-        return (0.0, 1e300) if self.fixed is None else self.fixed
+        return (0.0, 1e300) if self.fixed_window is None else self.fixed_window
 
     @abstractmethod
-    def watched(self, model: SensorModel) -> Sequence[tuple[Form, int]]:
-        """Return the forms of which the engine makes something at every step, and what of each."""
+    def step_forms(self, model: SensorModel) -> Sequence[tuple[Form, int]]:
+        """Return the forms that the engine evaluates at every step, and what it takes of each."""
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
         return model.over_steps(self)
@@ -59,7 +59,7 @@ class OfSensor(OverSteps):
         if isinstance(self.sensor, OverSteps):
             kind = type(self.sensor).__name__
             raise InputError(f"{name} sensor must be one of the state itself; got {kind}")
-        check_window(name, self.fixed)
+        check_window(name, self.fixed_window)
 
     @property
     def turning_points(self) -> Sequence[PointName]:
@@ -68,7 +68,7 @@ class OfSensor(OverSteps):
     def outputs(self, model: SensorModel) -> list[tuple[str, str]]:
         return self.sensor.outputs(model)
 
-    def watched(self, model: SensorModel) -> Sequence[tuple[Form, int]]:
+    def step_forms(self, model: SensorModel) -> Sequence[tuple[Form, int]]:
         if self.sensor.derives(model):
             kind = type(self.sensor).__name__
             default = "its values at the times of the result"

@@ -30,26 +30,26 @@ class LocalSensor(Sensor):
     body: str
     place: str
 
-    def _located(self, model: SensorModel) -> tuple[CentreLine, int, int, float]:
-        """Return the member, the row of its first coordinate, the element and ξ of the place."""
+    def _locate(self, model: SensorModel) -> tuple[CentreLine, int, int, float]:
+        """Locate the place: return the member, the row of its first coordinate, element and ξ."""
         member, first = model.member(self.body)
-        place = member.located(self.place)
+        place = member.element_position(self.place)
         element = min(int(place), member.elements - 1)
         return member, first, element, place - element
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
         """Return the element's coordinates, inertia forces, length, first strains and numbers."""
-        member, first, element, xi = self._located(model)
+        member, first, element, xi = self._locate(model)
         first = first + int(member.element_rows[element])
         at = np.array([element + xi])
 
         def along(name: str, value: Property, check: Callable) -> np.ndarray:
-            return member.evaluated(at, name, value, check)[:, 0]
+            return member.evaluate_at(at, name, value, check)[:, 0]
 
         inertia = []
         for node, place in ((first, element), (first + member.per_node, element + 1)):
             end = np.array([place], dtype=float)
-            mass = member.line_mass(lambda *value, end=end: member.evaluated(end, *value)[:, 0])
+            mass = member.line_mass(lambda *value, end=end: member.evaluate_at(end, *value)[:, 0])
             inertia += [
                 Form.variable(model.state.acceleration + node + k) * -mass for k in range(2)
             ]
@@ -77,7 +77,7 @@ class LocalSensor(Sensor):
         return []
 
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
-        member, _, _, xi = self._located(model)
+        member, _, _, xi = self._locate(model)
         parts = (member.element_coordinates, 4, 1, *member.counts)
         q, inertia, (length,), initial, section, numbers = np.split(rows, np.cumsum(parts))
         inertia = inertia.reshape(2, 2, *q.shape[1:])

@@ -93,18 +93,18 @@ class Averaging:
     frequency_points: int = 64
     """Points per step from which a frequency is taken."""
 
-    def noticed(self, chord_miss: ChordMiss) -> np.ndarray:
-        """Return where something is missed that may be a kink or a jump."""
+    def kink_mask(self, chord_miss: ChordMiss) -> np.ndarray:
+        """Return in which steps there may be a kink or a jump."""
         return chord_miss.chord > self.noticed_miss * chord_miss.spread
 
-    def unresolved(self, chord_miss: ChordMiss) -> np.ndarray:
-        """Return where half the step would miss about as much."""
+    def unresolved_mask(self, chord_miss: ChordMiss) -> np.ndarray:
+        """Return which steps half the step would not resolve: it would miss about as much."""
         lasting = chord_miss.half_chord > self.resolved_fall * chord_miss.chord
         return (lasting & (chord_miss.chord > self.min_miss * chord_miss.spread)) | (
             chord_miss.chord > self.max_miss * chord_miss.spread
         )
 
-    def averaged(
+    def average_steps(
         self,
         at: Evaluation,
         times: np.ndarray,
@@ -112,7 +112,7 @@ class Averaging:
         chord_miss: ChordMiss,
         average_mask: np.ndarray,
     ) -> np.ndarray:
-        """Return the values with averages at both ends of the steps in `average_mask`, and warn."""
+        """Average the values at both ends of the steps in `average_mask`, and warn."""
         if not average_mask.any():
             return values
         peaks = np.where(average_mask, chord_miss.beyond / chord_miss.spread, 0.0)
@@ -200,7 +200,7 @@ def divisions(
     last = len(times) - 2
     # Select steps with something between their values, and those with a breakpoint.
     at_break = np.clip(((breakpoints.after - times[0]) / h).astype(int), 0, last)
-    looked_at = averaging.noticed(chord_miss)
+    looked_at = averaging.kink_mask(chord_miss)
     looked_at[at_break, breakpoints.column] = True
     steps, columns = np.nonzero(looked_at)
     step = np.r_[steps, at_break]

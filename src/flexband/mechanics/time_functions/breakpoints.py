@@ -41,8 +41,8 @@ class Breakpoints(NamedTuple):
         """Return some of them."""
         return Breakpoints(*(array[selection] for array in self))
 
-    def joined(self, others: Breakpoints) -> Breakpoints:
-        """Return these and others in order."""
+    def merge(self, others: Breakpoints) -> Breakpoints:
+        """Return these breakpoints and others, sorted by column and time."""
         union = Breakpoints(*map(np.concatenate, zip(self, others, strict=True)))
         return union.those(np.lexsort((union.before, union.column)))
 
@@ -120,10 +120,10 @@ class BreakpointSearch:
         spacing = h / per
         noise = ROUNDING * largest
         if at.breakpoint_times is not None:
-            return self._stated(at, times, scale, at.breakpoint_times, spacing)
+            return self._filter_breakpoints(at, times, scale, at.breakpoint_times, spacing)
         # Look for differences that stand out on a coarse grid.
         smallest = np.maximum(self.min_change * scale, noise)
-        column, centre = self._suspected(at, times, step_mask, smallest, per, order=2)
+        column, centre = self._find_large_differences(at, times, step_mask, smallest, per, order=2)
         # Look at them on a finer grid, and narrow each down.
         start = np.clip(centre - 2 * spacing, times[0], times[-1] - 4 * spacing)
         grid = np.linspace(start, start + 4 * spacing, self.finer_points, axis=1)
@@ -132,7 +132,7 @@ class BreakpointSearch:
         row, place = self._spikes(f, np.maximum(self.min_change * change, noise[column]), order=2)
         before = grid[row, np.maximum(place - 2, 0)]
         after = grid[row, np.minimum(place + 2, self.finer_points - 1)]
-        breakpoints = self._narrowed(at, column[row], before, after, noise, order=2)
+        breakpoints = self._narrow_breakpoints(at, column[row], before, after, noise, order=2)
         distinct = _distinct(breakpoints, spacing / self.finer_points)
         return distinct.those(few(distinct.column, at.columns, len(times) - 1)[distinct.column])
 
@@ -157,9 +157,11 @@ class BreakpointSearch:
         smallest = np.maximum(self.min_change * curvature * spacing**2, noise)
         everywhere = np.ones((steps, at.columns), dtype=bool)
         # Look for third differences that stand out.
-        column, centre = self._suspected(at, times, everywhere, smallest, per, order=3)
+        column, centre = self._find_large_differences(at, times, everywhere, smallest, per, order=3)
         before = np.clip(centre - 2 * spacing, times[0], times[-1] - 4 * spacing)
-        curvature_jumps = self._narrowed(at, column, before, before + 4 * spacing, noise, order=3)
+        curvature_jumps = self._narrow_breakpoints(
+            at, column, before, before + 4 * spacing, noise, order=3
+        )
         curvature_jumps = _distinct(curvature_jumps, spacing)
         curvature_jumps = curvature_jumps.those(
             few(curvature_jumps.column, at.columns, steps)[curvature_jumps.column]
@@ -171,9 +173,9 @@ class BreakpointSearch:
         )
         bounds = np.searchsorted(old_places, [new_places - spacing, new_places + spacing])
         curvature_jumps = curvature_jumps.those(bounds[0] == bounds[1])
-        return breakpoints.joined(curvature_jumps)
+        return breakpoints.merge(curvature_jumps)
 
-    def _suspected(
+    def _find_large_differences(
         self,
         at: Evaluation,
         times: np.ndarray,
@@ -182,7 +184,7 @@ class BreakpointSearch:
         per: int,
         order: int,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return columns and times of differences that stand out on `per` intervals per step."""
+        """Return columns and times of outlying differences on `per` intervals per step."""
         spacing = (times[1] - times[0]) / per
         steps = np.flatnonzero(step_mask.any(axis=1))
         columns = [np.zeros(0, dtype=int)]
@@ -220,7 +222,7 @@ class BreakpointSearch:
         row, place = np.nonzero(peak)
         return row, place + 1
 
-    def _narrowed(
+    def _narrow_breakpoints(
         self,
         at: Evaluation,
         column: np.ndarray,
@@ -269,7 +271,7 @@ class BreakpointSearch:
         breakpoints = Breakpoints(column[k], before[k], after[k], power)
         return breakpoints.those(power < order - self.below_order)
 
-    def _stated(
+    def _filter_breakpoints(
         self,
         at: Evaluation,
         times: np.ndarray,
@@ -277,7 +279,7 @@ class BreakpointSearch:
         breakpoint_times: np.ndarray,
         spacing: float,
     ) -> Breakpoints:
-        """Return the breakpoints that a function states, where they are not too small to matter."""
+        """Return the breakpoints that a function states, without those of negligible change."""
         inside = breakpoint_times[(breakpoint_times > times[0]) & (breakpoint_times < times[-1])]
         before = np.nextafter(inside, -np.inf)
         stencil = (before - spacing, before, inside, inside + spacing)

@@ -44,11 +44,11 @@ class PolynomialFit:
     halvings: int = 12
     """The most of a round."""
 
-    def fitted(
+    def fit(
         self, functions: Sequence[SmoothFunction], schedule: Schedule, times: np.ndarray,
         tolerance: float,
     ) -> tuple[Schedule, np.ndarray]:  # fmt: skip
-        """Return the rounds and the coefficients in them, (rounds, 1 + functions, …, n or 1)."""
+        """Fit polynomials; return rounds and coefficients (rounds, 1 + functions, …, n or 1)."""
         fits: list[tuple[np.ndarray, np.ndarray]] = []
         # Halve rounds until all polynomials fit.
         for halving in range(self.halvings + 1):
@@ -67,7 +67,7 @@ class PolynomialFit:
                     f"{functions[k].name} is not smooth near t = {moment:.6g} s, even in "
                     f"2^{self.halvings} parts of a step; steps that are chosen freely need that"
                 )
-            schedule = schedule.halved(step_mask, times)
+            schedule = schedule.halve_steps(step_mask, times)
         # Put the function 1 in front, and give all the same number of columns.
         constant = np.zeros((len(schedule.parts), COEFFICIENTS, 1))
         constant[:, 0] = 1.0
@@ -149,10 +149,10 @@ def rates(polynomials: np.ndarray, schedule: Schedule, step: float) -> np.ndarra
     return np.stack([scale * first, scale**2 * second], axis=1).transpose(0, 1, 3, 2)
 
 
-def held(
+def pad_with_parabolas(
     polynomials: np.ndarray, values: np.ndarray, rates: np.ndarray, schedule: Schedule, step: float
 ) -> np.ndarray:
-    """Return polynomials that are parabolas about the place 0 where a round is no step."""
+    """Replace the polynomials of rounds that are no steps by parabolas about the place 0."""
     width = max(rows.shape[-1] for rows in (polynomials, values, rates, schedule.parts))
     c = np.array(np.broadcast_to(polynomials, (*polynomials.shape[:3], width)))
     for k, row in enumerate((values, step / 2 * rates[:, 0], step**2 / 8 * rates[:, 1])):

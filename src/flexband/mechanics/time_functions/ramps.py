@@ -76,10 +76,10 @@ def slow_functions(functions: Sequence[TimeFunction], duration: float) -> list[T
     """Return functions that start at rest and lag by half the duration [s] in the end."""
     pace = ramp(1.0, duration)
 
-    def slow(function: TimeFunction) -> TimeFunction:
+    def slow_down(function: TimeFunction) -> TimeFunction:
         if isinstance(function, Composed):
             return replace(function, inner=Slowed(function.inner, pace))
         return function if function is during_impulse else Slowed(function, pace)
 
     motions: dict[TimeFunction, TimeFunction] = {}
-    return [motions.setdefault(function, slow(function)) for function in functions]
+    return [motions.setdefault(function, slow_down(function)) for function in functions]

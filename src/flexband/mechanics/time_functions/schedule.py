@@ -66,8 +66,8 @@ class Schedule:
         """Return some of these arrays' columns, one for each of these samples."""
         return rows[:, samples if rows.shape[1] > 1 else np.zeros(len(samples), dtype=int)]
 
-    def halved(self, step_mask: np.ndarray, times: np.ndarray) -> Schedule:
-        """Return the rounds with these steps, a mask (rounds, n or 1), in two halves; times [s]."""
+    def halve_steps(self, step_mask: np.ndarray, times: np.ndarray) -> Schedule:
+        """Halve the steps of a mask (rounds, n or 1) and return the rounds; times [s]."""
         runs = []
         columns = np.arange(step_mask.shape[1])
         arrays = [self.lanes(array, columns) for array in self._rows]

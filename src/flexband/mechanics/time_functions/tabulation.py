@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.basics.prescribed_motion import prescribing
+from flexband.basics.prescribed_motion import set_driven_part
 from flexband.basics.user_functions import function_text
 from flexband.basics.warning import warn
 from flexband.errors import ResolutionWarning
@@ -18,7 +18,7 @@ from flexband.mechanics.time_functions.breakpoints import Breakpoints, Breakpoin
 from flexband.mechanics.time_functions.derivatives import derivatives, derivatives_within
 from flexband.mechanics.time_functions.evaluation import Evaluation, at_each, table
 from flexband.mechanics.time_functions.jumps import refuse_jumps
-from flexband.mechanics.time_functions.polynomials import PolynomialFit, held
+from flexband.mechanics.time_functions.polynomials import PolynomialFit, pad_with_parabolas
 from flexband.mechanics.time_functions.polynomials import rates as rates_of
 from flexband.mechanics.time_functions.schedule import (
     IMPULSE,
@@ -69,7 +69,7 @@ def tabulate(
             if isinstance(function, Composed):
                 user = function.inner
                 outer = function.outer
-            with prescribing(driven[f]):
+            with set_driven_part(driven[f]):
                 if user not in motions:
                     motions[user] = _Motion.from_function(function, samples, times)
                     names.append(driven[f])
@@ -91,7 +91,7 @@ def tabulate(
     schedule = schedule_rounds(times, samples, breaks)
     polynomials = None
     if tolerance is not None:
-        schedule, polynomials = PolynomialFit().fitted(series, schedule, times, tolerance)
+        schedule, polynomials = PolynomialFit().fit(series, schedule, times, tolerance)
     # Evaluate the functions in the rounds.
     rounds, _ = schedule.parts.shape
     values = [np.ones((rounds, 1))]
@@ -106,7 +106,7 @@ def tabulate(
     if polynomials is not None:
         step = times[1] - times[0]
         rate_rows = rates_of(polynomials, schedule, step)
-        polynomials = held(polynomials, rows, rate_rows, schedule, step)
+        polynomials = pad_with_parabolas(polynomials, rows, rate_rows, schedule, step)
     return FunctionTables(schedule, rows, rate_rows, polynomials)
 
 
@@ -170,13 +170,13 @@ class _Load(_TabulatedFunction):
         (values, at), search = table(function, samples, times), BreakpointSearch()
         # Locate kinks and jumps.
         chord_miss = ChordMiss.from_values(at, times, values, search)
-        step_mask = (averaging or Averaging()).noticed(chord_miss)
+        step_mask = (averaging or Averaging()).kink_mask(chord_miss)
         points = Breakpoints.none()
         if step_mask.any() or at.breakpoint_times is not None:
             points = search.locate(at, times, step_mask, chord_miss.spread, chord_miss.largest)
         if averaging and (step_mask.any() or at.breakpoint_times is not None):
             # Average over steps that half the step would not resolve; breakpoints divide theirs.
-            average_mask = averaging.unresolved(chord_miss)
+            average_mask = averaging.unresolved_mask(chord_miss)
             step = (points.before - times[0]) / (times[1] - times[0])
             for neighbour in (step - SHORTEST_PART, step + SHORTEST_PART):
                 average_mask[
@@ -189,8 +189,8 @@ class _Load(_TabulatedFunction):
             exempt_mask = average_mask.copy()
             exempt_mask[step, division_points.column] = True
             averaging.warn_of_vibrations(at, times, chord_miss, exempt_mask)
-            points = points.joined(division_points)
-            values = averaging.averaged(at, times, values, chord_miss, average_mask)
+            points = points.merge(division_points)
+            values = averaging.average_steps(at, times, values, chord_miss, average_mask)
         return _Load(at, values, Breaks(points, at.columns, prescribes=False))
 
     def in_rounds(self, schedule: Schedule, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -17,7 +17,7 @@ from typing import Any
 import jinja2
 from markupsafe import Markup
 
-from flexband.basics.files import replaced
+from flexband.basics.files import replace_file
 from flexband.errors import InputError
 from flexband.report.text.numbers import with_minus
 
@@ -35,7 +35,7 @@ def write_page(file: Path, template: str, scripts: Sequence[str] = (), **values:
     styles = (ASSETS.joinpath(name).read_text(encoding="utf-8") for name in names)
     page = _templates().get_template(template)
     html = page.render(style=Markup("".join(styles)), version=version("flexband"), **values)
-    with replaced(file) as partial:
+    with replace_file(file) as partial:
         partial.write_text(html, encoding="utf-8", errors="replace")
 
 

@@ -58,7 +58,7 @@ def _(body: RigidBody, sketch: Sketch, name: str) -> None:
             sketch.line(in_metres(frame, [(0, 0), (radius, 0)]), width=0.9, layer=3.1)
         if radius:
             rim = tracks.position(
-                lambda model: model.frame(f"{name}.center").moved(radius, 0.0).position,
+                lambda model: model.frame(f"{name}.center").translate(radius, 0.0).position,
                 ("rim", name),
             )
             outline = Outline([frame.origin, rim], radius=radius)

@@ -232,7 +232,7 @@ def _on_rack(sketch: Sketch, rack: Rack, end: np.ndarray, name: str) -> int:
         float(offset @ sketch.scene.start.vector(axis)) for axis in (section_normal(frame), frame.y)
     )
     return sketch.tracks.position(
-        lambda model: model.frame(rack.second).moved(x, y).position, ("rack", name, x, y)
+        lambda model: model.frame(rack.second).translate(x, y).position, ("rack", name, x, y)
     )
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.basics.files import replaced
+from flexband.basics.files import replace_file
 from flexband.errors import InputError
 
 
@@ -49,7 +49,7 @@ def different(names: Sequence[str]) -> list[str]:
 
 def write_csv(file: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
     """Write a table; numbers have all their digits."""
-    with replaced(file) as partial, partial.open("w", encoding="utf-8", newline="") as opened:
+    with replace_file(file) as partial, partial.open("w", encoding="utf-8", newline="") as opened:
         writer = csv.writer(opened, lineterminator="\n")
         writer.writerow(header)
         writer.writerows([_cell(value) for value in row] for row in rows)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from flexband.basics.files import read_unlinked, replaced
+from flexband.basics.files import read_unlinked, replace_file
 from flexband.errors import InputError, RunsNeeded, StoreError
 from flexband.execution.names import FileName
 from flexband.study.exchange.columns import column_names, read_csv, write_csv
@@ -64,7 +64,7 @@ class RequestedPoints:
                 self.asked.append(point)
                 point_numbers[point] = len(self.asked)
             rows.append([point_numbers[point], *row, *options.values()])
-        with replaced(self.folder / FileName.LEDGER) as partial:
+        with replace_file(self.folder / FileName.LEDGER) as partial:
             content = {"names": self.names, "asked": self.asked}
             partial.write_text(json.dumps(content), encoding="utf-8")
         file = self.folder / FileName.POINTS

@@ -14,7 +14,7 @@ import xarray as xr
 from xarray.backends import ScipyDataStore
 
 from flexband.basics.computation import NUMBERING, check_numbering
-from flexband.basics.files import checksum, read_unlinked, replaced
+from flexband.basics.files import checksum, read_unlinked, replace_file
 from flexband.errors import InputError
 
 SEAL = b"\nCRC-32C "
@@ -34,7 +34,7 @@ def write_netcdf(dataset: xr.Dataset, file: Path) -> None:
     variables = {name: _storable_variable(variable) for name, variable in dataset.variables.items()}
     attributes = {**dataset.attrs, "numbering": np.array(NUMBERING)}
     stored = xr.Dataset(variables, attrs=_attributes(attributes)).set_coords(dataset.coords)
-    with replaced(file) as partial_file:  # `to_netcdf` would import all of Dask first
+    with replace_file(file) as partial_file:  # `to_netcdf` would import all of Dask first
         target = ScipyDataStore(str(partial_file), mode="w", format="NETCDF3_64BIT", lock=False)
         with closing(target):
             stored.dump_to_store(target)

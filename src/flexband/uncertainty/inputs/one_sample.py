@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from flexband.basics.progress import RunListener, listening
+from flexband.basics.progress import RunListener, add_listener
 from flexband.basics.response import Response
 from flexband.basics.warning import without_warnings
 from flexband.errors import InputError, RunError
@@ -60,7 +60,7 @@ def _of_response(error: Exception) -> bool:
 def _shape_of_result(response: Response, arguments: Mapping[str, Sample]) -> tuple[int, ...] | None:
     """Return the shape of what a response returns; None if it fails or returns no real numbers."""
     try:
-        with warnings.catch_warnings(), without_warnings(), listening(RunListener()):
+        with warnings.catch_warnings(), without_warnings(), add_listener(RunListener()):
             warnings.simplefilter("ignore")
             result = response(**arguments)
             if result is None or isinstance(result, Mapping | xr.Dataset):

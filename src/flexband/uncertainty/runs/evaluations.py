@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.basics.checks import check_arguments, check_integer, check_option
-from flexband.basics.progress import Advance, Progress, RunListener, listener, listening
+from flexband.basics.progress import Advance, Progress, RunListener, add_listener, listener
 from flexband.basics.response import ResponseFunction, as_response
 from flexband.basics.warning import warning_once
 from flexband.basics.words import all_of, are, number_of, value_text
@@ -137,7 +137,7 @@ class Evaluations:
             failures: dict[int, FailedRun] = {}
             # Take each call as it ends.
             with (
-                listening(RunListener(within)),
+                add_listener(RunListener(within)),
                 closing(self.perform(response.original, tasks)) as outcomes,
             ):
                 for number, outcome in outcomes:

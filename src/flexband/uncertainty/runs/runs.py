@@ -18,7 +18,7 @@ from flexband.basics.warning import warn, without_warnings
 from flexband.basics.words import number_of, value_text
 from flexband.errors import InputError, ResolutionWarning, RunError
 from flexband.execution.store import as_store, versions
-from flexband.remarks.collection import CollectedRemark, as_attribute, catching
+from flexband.remarks.collection import CollectedRemark, as_attribute, catch_remarks
 from flexband.uncertainty.inputs.effects import all_have_effects, never_read, probes, without_effect
 from flexband.uncertainty.inputs.evaluation import inputs_in_words
 from flexband.uncertainty.inputs.one_sample import of_one_sample
@@ -224,7 +224,7 @@ class CountedRuns:
     def _keep(self, level: Level, call: Call) -> None:
         """Keep runs that succeeded; of the first ones, one is made again."""
         if not self.levels:
-            with catching() as remarks:
+            with catch_remarks() as remarks:
                 self._repeat(level, *call)
             of_outputs = (remark for remark in remarks if remark.outputs)  # which are noisy
             self.remark(level.refined_parts, [CollectedRemark(remark, 1) for remark in of_outputs])

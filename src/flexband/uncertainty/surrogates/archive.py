@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flexband.basics.files import replaced
+from flexband.basics.files import replace_file
 
 TEXT = "about"
 """Name of the array that holds the text."""
@@ -38,7 +38,7 @@ def write_archive(file: Path, about: Any, arrays: Mapping[str, np.ndarray]) -> N
     contents: dict[str, Any] = {TEXT: np.array(json.dumps(about)), **arrays}
     contents[DIGEST] = np.array(digest(contents))
     for save in (np.savez_compressed, np.savez):
-        with replaced(file) as partial:
+        with replace_file(file) as partial:
             with partial.open("wb") as stream:
                 save(stream, **contents)
             with zipfile.ZipFile(partial) as archive:

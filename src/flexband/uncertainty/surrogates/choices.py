@@ -12,7 +12,7 @@ import xarray as xr
 
 from flexband.basics.words import value_text
 from flexband.errors import InputError
-from flexband.remarks.collection import carried
+from flexband.remarks.collection import merge_remarks
 from flexband.uncertainty.inputs.choices import Choice
 from flexband.uncertainty.inputs.unfolding import GivenInputs, choices_of, in_words
 from flexband.uncertainty.surrogates.bands import VARIABLES, BandRecord, with_names_and_units
@@ -78,7 +78,7 @@ def over_choices(inputs: GivenInputs, bands_by_label: Mapping[str, xr.Dataset]) 
     if any(doubts.values()):
         texts = (f"{doubt} with {label}" for label, doubt in doubts.items() if doubt)
         attrs["not_trusted"] = "; ".join(texts)
-    attrs |= carried(*(case_bands.attrs for case_bands in bands))
+    attrs |= merge_remarks(*(case_bands.attrs for case_bands in bands))
     return with_names_and_units(result.assign_coords(choice=names).assign_attrs(attrs))
 
 
@@ -99,7 +99,7 @@ def verified_choices(verifications: Mapping[str, xr.Dataset]) -> xr.Dataset:
         ),
         "verdict": ". ".join(f"{k}: {v.attrs['verdict']}" for k, v in verifications.items()),
     }
-    attrs |= carried(*(verification.attrs for verification in verifications.values()))
+    attrs |= merge_remarks(*(verification.attrs for verification in verifications.values()))
     return joint.assign_coords(choice=list(verifications)).assign_attrs(first | attrs)
 
 

@@ -22,10 +22,10 @@ from flexband.mechanics.kernels.forms import Frame, Vector, dot, subtract
 from flexband.mechanics.kernels.lanes import (
     compiled,
     cosine,
-    filled,
     less,
     magnitude,
     sine,
+    splat,
     sqrt,
     where,
 )
@@ -56,7 +56,7 @@ def gap_above_line(x, p):
     across = nx * dx + ny * dy - p[4]
     along = ny * dx - nx * dy
     past = along - where(less(along, p[5]), p[5], where(less(p[6], along), p[6], along))
-    beyond = less(filled(0.0), magnitude(past))  # nearest to an end of the line
+    beyond = less(splat(0.0), magnitude(past))  # nearest to an end of the line
     distance = where(beyond, sqrt(across * across + past * past), across)
     # Beyond an end the normal leads to that end.
     ex = (across * nx + past * ny) / distance

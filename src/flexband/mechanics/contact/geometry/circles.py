@@ -12,7 +12,7 @@ from flexband.basics.checks import check_non_negative, check_pair, check_positiv
 from flexband.errors import InputError
 from flexband.mechanics.contact.geometry.geometry import NO_LEVER, Action, Geometry, Travel
 from flexband.mechanics.kernels.forms import Frame, angle, section_normal, subtract
-from flexband.mechanics.kernels.lanes import compiled, filled, maximum, sqrt
+from flexband.mechanics.kernels.lanes import compiled, maximum, splat, sqrt
 
 
 @compiled
@@ -20,7 +20,7 @@ def gap_between_circles(x, p):
     """Return what `Geometry.kernel` returns; the parameters are both radii."""
     dx = x[0][0] - x[1][0]
     dy = x[0][1] - x[1][1]
-    distance = maximum(sqrt(dx * dx + dy * dy), filled(1e-300))
+    distance = maximum(sqrt(dx * dx + dy * dy), splat(1e-300))
     nx = dx / distance
     ny = dy / distance
     px = x[0][0] - p[0] * nx
@@ -35,7 +35,7 @@ def gap_in_circle(x, p):
     """Return what `Geometry.kernel` returns; the parameters are the clearance and the radius."""
     dx = x[0][0] - x[1][0]
     dy = x[0][1] - x[1][1]
-    distance = maximum(sqrt(dx * dx + dy * dy), filled(1e-300))
+    distance = maximum(sqrt(dx * dx + dy * dy), splat(1e-300))
     nx = -dx / distance
     ny = -dy / distance
     hole = p[0] + p[1]

@@ -9,13 +9,13 @@ from __future__ import annotations
 from flexband.mechanics.engine.free_steps.control import CONTROL
 from flexband.mechanics.kernels.lanes import (
     compiled,
-    filled,
     less,
     load,
     magnitude,
     maximum,
     minimum,
     power,
+    splat,
     store,
     where,
 )
@@ -33,7 +33,7 @@ def is_contact_gap(laws, gap):
 @compiled
 def size_of_unit(structure, values, gap):
     """Return the size of the mechanism, or 1 if a gap is an angle."""
-    size = filled(1.0)
+    size = splat(1.0)
     if structure.laws.gap_kind[gap] == GAP.length:
         size = 1.0 / load(values.inverse_scale, 1)
     return size
@@ -47,8 +47,8 @@ def depth_of_impact(structure, values, z, gap, speed):
     n = load(values.laws, first + 1)
     mass = magnitude(load(z, rows_of_gaps(structure.state).mass + gap))
     energy = 0.5 * (n + 1.0) * mass * speed * speed / K
-    depth = power(maximum(energy, filled(1e-300)), 1.0 / (n + 1.0))
-    return where(less(filled(2.0 * MARK.immovable), mass), depth, filled(MARK.bottomless))
+    depth = power(maximum(energy, splat(1e-300)), 1.0 / (n + 1.0))
+    return where(less(splat(2.0 * MARK.immovable), mass), depth, splat(MARK.bottomless))
 
 
 @compiled
@@ -59,7 +59,7 @@ def approach_speed(structure, values, z, gap):
     mode = load(z, rows.mode + gap)
     rate = magnitude(load(z, rows.rate + gap))
     min_speed = load(values.laws, laws.parameter_start[laws.gap_law[gap]] + 3)
-    return maximum(where(less(mode, filled(0.0)), -mode, rate), min_speed)
+    return maximum(where(less(mode, splat(0.0)), -mode, rate), min_speed)
 
 
 @compiled
@@ -67,7 +67,7 @@ def own_depth(structure, values, z, gap):
     """Return the depth of a contact, as far as it is known: so far, or that of its impact."""
     rows = rows_of_gaps(structure.state)
     coming = depth_of_impact(structure, values, z, gap, approach_speed(structure, values, z, gap))
-    closed = less(load(z, rows.mode + gap), filled(0.0))
+    closed = less(load(z, rows.mode + gap), splat(0.0))
     return where(closed, load(z, rows.depth + gap), coming)
 
 
@@ -89,9 +89,9 @@ def follow_depths(structure, values, z, mask):
             depth = -load(z, rows.value + k)
             speed = approach_speed(structure, values, z, k)
             impact = depth_of_impact(structure, values, z, k, speed)
-            max_depth = maximum(where(less(filled(0.0), max_depth), max_depth, impact), depth)
-            closed = less(load(z, rows.mode + k), filled(0.0))
-            max_depth = where(closed, max_depth, filled(0.0))
+            max_depth = maximum(where(less(splat(0.0), max_depth), max_depth, impact), depth)
+            closed = less(load(z, rows.mode + k), splat(0.0))
+            max_depth = where(closed, max_depth, splat(0.0))
             store(z, rows.depth + k, where(mask, max_depth, load(z, rows.depth + k)))
 
 
@@ -99,7 +99,7 @@ def follow_depths(structure, values, z, mask):
 def settle_at_start(structure, values, z, mask):
     """Let contacts that are closed at the start be at rest, unless their speed presses deeper."""
     rows = rows_of_gaps(structure.state)
-    none = filled(0.0)
+    none = splat(0.0)
     for k in range(rows.number):
         if is_contact_gap(structure.laws, k):
             speed = maximum(-load(z, rows.rate + k), none)
@@ -118,12 +118,12 @@ def limits_of_contacts(structure, values, limits, z):
     than `CONTROL.depths_in_size`. The shortest step is less than that of the run where a contact,
     open or closed, lasts for less than `CONTROL.durations` of it, unless a user has given it.
     """
-    part = filled(1.0)
-    shortest = filled(limits.smallest)
+    part = splat(1.0)
+    shortest = splat(limits.smallest)
     rows = rows_of_gaps(structure.state)
     for k in range(rows.number):
         if is_contact_gap(structure.laws, k):
-            closed = less(load(z, rows.mode + k), filled(0.0))
+            closed = less(load(z, rows.mode + k), splat(0.0))
             share = scale_of_contact(structure, values, z, k)
             share = share / size_of_unit(structure, values, k)
             part = where(closed, minimum(part, share), part)
@@ -131,5 +131,5 @@ def limits_of_contacts(structure, values, limits, z):
             depth = depth_of_impact(structure, values, z, k, speed)
             shortest = minimum(shortest, CONTROL.durations * depth / speed)
     if limits.is_given > 0.0:
-        shortest = filled(limits.smallest)
+        shortest = splat(limits.smallest)
     return part, shortest

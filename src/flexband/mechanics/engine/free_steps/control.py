@@ -11,13 +11,13 @@ from typing import NamedTuple
 
 from flexband.mechanics.kernels.lanes import (
     compiled,
-    filled,
     less,
     load,
     magnitude,
     maximum,
     minimum,
     power,
+    splat,
     store,
     where,
 )
@@ -98,16 +98,16 @@ def error_of_step(structure, method, values, work, ratio):
     state = structure.state
     C = 1.0 / 6.0 - method.beta - 0.5 * (method.alpha_m - method.alpha_f)
     factor = C * method.step * method.step
-    largest = filled(0.0)
-    worst = filled(0.0)
-    store(work.s, 0, filled(0.0))
+    largest = splat(0.0)
+    worst = splat(0.0)
+    store(work.s, 0, splat(0.0))
     for i in range(1, state.coordinates + 1):
         old = load(work.before, state.acceleration + i)
         old = old + ratio * (load(work.before, state.rows + i) - old)
         error = factor * (load(work.a, i) - old)
         store(work.s, i, error)
         change = magnitude(error) * load(values.inverse_scale, i)
-        worst = where(less(largest, change), filled(float(i)), worst)
+        worst = where(less(largest, change), splat(float(i)), worst)
         largest = maximum(largest, change)
     store(work.counts, 3, worst)
     return largest
@@ -121,13 +121,13 @@ def extrapolate_error(error, cubed, before, mask):
     or 0. If lengths followed from the last error alone, they would lag behind the depth of a
     contact: other steps on its way in than on its way out do not keep the energy of an impact.
     """
-    growth = cubed / where(less(filled(0.0), before), before, cubed)
-    growth = maximum(filled(0.5), where(less(growth, filled(2.0)), growth, filled(2.0)))
+    growth = cubed / where(less(splat(0.0), before), before, cubed)
+    growth = maximum(splat(0.5), where(less(growth, splat(2.0)), growth, splat(2.0)))
     return where(mask, error * growth, error)
 
 
 @compiled
 def length_ratio(error):
     """Return the length of the next step over that of one with this error, over the tolerance."""
-    ratio = maximum(CONTROL.safety * power(error, filled(-1.0 / 3.0)), filled(CONTROL.shortest))
-    return minimum(ratio, filled(CONTROL.longest))
+    ratio = maximum(CONTROL.safety * power(error, splat(-1.0 / 3.0)), splat(CONTROL.shortest))
+    return minimum(ratio, splat(CONTROL.longest))

@@ -12,12 +12,12 @@ from flexband.mechanics.kernels.friction.modes import sticks
 from flexband.mechanics.kernels.lanes import (
     any_true,
     compiled,
-    filled,
     less,
     load,
     magnitude,
     maximum,
     minimum,
+    splat,
     sqrt,
     store,
     where,
@@ -36,7 +36,7 @@ def _cubic(start, slope, c2, c3, u):
 def _tolerance(structure, values, limits, z, k):
     """Return by how much a step may pass the zero of a gap, infinity where its unit is unknown."""
     if structure.laws.gap_kind[k] in (GAP.event, GAP.margin):
-        return filled(1e300)
+        return splat(1e300)
     return limits.tolerance * scale_of_contact(structure, values, z, k)
 
 
@@ -46,12 +46,12 @@ def first_crossing(structure, values, limits, before, z, step):
 
     Returns the mask of the lanes that have one, and to which part of the step they should go.
     """
-    state, late, part = structure.state, filled(0.0), filled(1.0)
+    state, late, part = structure.state, splat(0.0), splat(1.0)
     rows = rows_of_gaps(state)
     for k in range(rows.number):
         tolerance = _tolerance(structure, values, limits, before, k)
-        positive = less(filled(0.0), load(z, rows.mode + k))
-        sign = where(positive, filled(1.0), filled(-1.0))
+        positive = less(splat(0.0), load(z, rows.mode + k))
+        sign = where(positive, splat(1.0), splat(-1.0))
         # Set the cubic of the gap over the step, positive while its mode holds.
         start, end = sign * load(before, rows.value + k), sign * load(z, rows.value + k)
         slope = sign * step * load(before, rows.rate + k)
@@ -59,35 +59,35 @@ def first_crossing(structure, values, limits, before, z, step):
         if structure.laws.gap_kind[k] == GAP.margin:
             friction = k - (rows.number - (state.angle - state.friction))
             stick_mask = sticks(state, z, friction)  # the rate of a margin of forces is not known
-            stick_mask = filled(1.0) if structure.friction.switched[friction] else stick_mask
+            stick_mask = splat(1.0) if structure.friction.switched[friction] else stick_mask
             slope, last = (
                 where(stick_mask, end - start, slope),
                 where(stick_mask, end - start, last),
             )
         if is_contact_gap(structure.laws, k):
             settling = is_pressed_again(before, z, rows, k)
-            turn = slope / where(settling, slope - last, filled(1.0))
-            early = where(settling, less(turn, filled(1.0 - CONTROL.event_interval)), filled(0.0))
+            turn = slope / where(settling, slope - last, splat(1.0))
+            early = where(settling, less(turn, splat(1.0 - CONTROL.event_interval)), splat(0.0))
             late = maximum(late, early)
             part = where(early, minimum(part, turn + CONTROL.overshoot), part)
         c2, c3 = 3.0 * (end - start) - 2.0 * slope - last, 2.0 * (start - end) + slope + last
         # Find the minimum of the cubic within the step.
         square = c2 * c2 - 3.0 * c3 * slope
-        lowest = -slope / (c2 + sqrt(where(less(square, filled(0.0)), filled(0.0), square)))
-        inside = where(less(filled(0.0), lowest), less(lowest, filled(1.0)), filled(0.0))
-        inside = where(less(filled(0.0), square), inside, filled(0.0))
-        lowest = where(inside, lowest, filled(1.0))
-        below = where(less(end, filled(0.0)), filled(1.0), lowest)
+        lowest = -slope / (c2 + sqrt(where(less(square, splat(0.0)), splat(0.0), square)))
+        inside = where(less(splat(0.0), lowest), less(lowest, splat(1.0)), splat(0.0))
+        inside = where(less(splat(0.0), square), inside, splat(0.0))
+        lowest = where(inside, lowest, splat(1.0))
+        below = where(less(end, splat(0.0)), splat(1.0), lowest)
         # `below` is 1 where the gap has closed at the end, or where it is nearest to closing
         depth = -_cubic(start, slope, c2, c3, below)
-        closed = where(less(filled(0.0), start), less(filled(0.0), depth), filled(0.0))
+        closed = where(less(splat(0.0), start), less(splat(0.0), depth), splat(0.0))
         if not any_true(closed):
             continue
         # Find its zero by bisection.
-        low, high = filled(0.0), below
+        low, high = splat(0.0), below
         for _ in range(40):
             middle = 0.5 * (low + high)
-            open_ = less(filled(0.0), _cubic(start, slope, c2, c3, middle))
+            open_ = less(splat(0.0), _cubic(start, slope, c2, c3, middle))
             low, high = where(open_, middle, low), where(open_, high, middle)
         # Go a bit beyond the zero, unless it is at the end anyway.
         deep, event_interval, overshoot = (
@@ -97,12 +97,12 @@ def first_crossing(structure, values, limits, before, z, step):
         )
         if structure.laws.gap_kind[k] == GAP.margin:
             event_interval, overshoot = CONTROL.stuck, CONTROL.stuck
-        early = where(less(high, filled(1.0 - event_interval)), filled(1.0), deep)
-        early = where(closed, early, filled(0.0))
+        early = where(less(high, splat(1.0 - event_interval)), splat(1.0), deep)
+        early = where(closed, early, splat(0.0))
         speed = magnitude(slope + high * (2.0 * c2 + 3.0 * high * c3))
         beyond = overshoot * high
         beyond = where(less(tolerance, 2.0 * beyond * speed), 0.5 * tolerance / speed, beyond)
-        target = where(early, high + beyond, filled(1.0))
+        target = where(early, high + beyond, splat(1.0))
         late = maximum(late, early)
         part = minimum(part, target)
     return late, part
@@ -115,18 +115,18 @@ def longest_in_contact(structure, values, limits, z):
     It is the same on the way in as on the way out, which begins where the other ends.
     """
     rows = rows_of_gaps(structure.state)
-    longest = filled(1e300)
+    longest = splat(1e300)
     for k in range(rows.number):
         if is_contact_gap(structure.laws, k):
             rate = load(z, rows.rate + k)
             part = where(
-                less(rate, filled(0.0)), filled(CONTROL.depths - 1.0),
-                filled(1.0 - 1.0 / CONTROL.depths),
+                less(rate, splat(0.0)), splat(CONTROL.depths - 1.0),
+                splat(1.0 - 1.0 / CONTROL.depths),
             )  # fmt: skip
             change = CONTROL.least_depth * _tolerance(structure, values, limits, z, k)
             change = maximum(-part * load(z, rows.value + k), change)
-            step = change / maximum(magnitude(rate), filled(CONTROL.least_speed))
-            closed = less(load(z, rows.mode + k), filled(0.0))
+            step = change / maximum(magnitude(rate), splat(CONTROL.least_speed))
+            closed = less(load(z, rows.mode + k), splat(0.0))
             longest = where(closed, where(less(step, longest), step, longest), longest)
     return longest
 
@@ -138,9 +138,9 @@ def size_modes(state, z):
     for k in range(rows.number):
         mode = load(z, rows.mode + k)
         rate = load(z, rows.rate + k)
-        speed = maximum(magnitude(rate), filled(CONTROL.least_speed))
-        sized = where(less(filled(0.0), mode), speed, -speed)
-        new = less(filled(0.5 * MARK.at_rest), magnitude(mode))
+        speed = maximum(magnitude(rate), splat(CONTROL.least_speed))
+        sized = where(less(splat(0.0), mode), speed, -speed)
+        new = less(splat(0.5 * MARK.at_rest), magnitude(mode))
         store(z, rows.mode + k, where(new, sized, mode))
 
 
@@ -151,20 +151,20 @@ def switch_modes(structure, z, mask):
     A gap that is zero has the sign that it is about to have. Margins of friction remain positive.
     """
     rows = rows_of_gaps(structure.state)
-    changed = filled(0.0)
+    changed = splat(0.0)
     for k in range(rows.number):
         row = rows.mode + k
         gap = load(z, rows.value + k)
         rate = load(z, rows.rate + k)
-        heading = where(less(filled(0.0), magnitude(gap)), gap, rate)
-        opposite = where(mask, less(load(z, row) * heading, filled(0.0)), filled(0.0))
-        changed = where(opposite, filled(1.0), changed)
-        speed = maximum(magnitude(rate), filled(CONTROL.least_speed))
+        heading = where(less(splat(0.0), magnitude(gap)), gap, rate)
+        opposite = where(mask, less(load(z, row) * heading, splat(0.0)), splat(0.0))
+        changed = where(opposite, splat(1.0), changed)
+        speed = maximum(magnitude(rate), splat(CONTROL.least_speed))
         if is_contact_gap(structure.laws, k):  # an impact begins
             mass = load(z, rows.mass + k)
             store(z, rows.mass + k, where(opposite, magnitude(mass), mass))
         if structure.laws.gap_kind[k] != GAP.margin:
-            mode = where(less(filled(0.0), load(z, row)), -speed, speed)
+            mode = where(less(splat(0.0), load(z, row)), -speed, speed)
             store(z, row, where(opposite, mode, load(z, row)))
     return changed
 
@@ -172,9 +172,9 @@ def switch_modes(structure, z, mask):
 @compiled
 def is_pressed_again(before, z, rows, gap):
     """Return where a contact in an impact, which left in the state `before`, is pressed in in z."""
-    none = filled(0.0)
+    none = splat(0.0)
     rate = load(before, rows.rate + gap)
-    impact = where(less(load(before, rows.mode + gap), none), filled(1.0), none)
+    impact = where(less(load(before, rows.mode + gap), none), splat(1.0), none)
     impact = where(less(load(before, rows.mass + gap), none), none, impact)
     leaves = where(less(none, rate), impact, none)
     return where(less(load(z, rows.rate + gap), none), leaves, none)
@@ -189,6 +189,6 @@ def settle_contacts(structure, before, z, mask):
     rows = rows_of_gaps(structure.state)
     for k in range(rows.number):
         if is_contact_gap(structure.laws, k):
-            pressed = where(mask, is_pressed_again(before, z, rows, k), filled(0.0))
+            pressed = where(mask, is_pressed_again(before, z, rows, k), splat(0.0))
             mass = load(z, rows.mass + k)
             store(z, rows.mass + k, where(pressed, -mass, mass))

@@ -12,7 +12,7 @@ from flexband.mechanics.engine.projection import mass_matrix, refine
 from flexband.mechanics.kernels.angles import pass_on_moments
 from flexband.mechanics.kernels.factorization import factorize, solve
 from flexband.mechanics.kernels.friction.modes import MODE
-from flexband.mechanics.kernels.lanes import clear, compiled, filled, less, load, store, where
+from flexband.mechanics.kernels.lanes import clear, compiled, less, load, splat, store, where
 from flexband.mechanics.kernels.laws.forces import add_unit_force, is_contact
 from flexband.mechanics.kernels.laws.states import MARK
 from flexband.mechanics.kernels.state import friction_rows, rows_of_gaps
@@ -27,7 +27,7 @@ def factorize_frictionless(structure, values, now, work):
     for k in range(rows.frictions):
         mode = load(z, rows.mode + k)
         store(modes, k, mode)
-        store(z, rows.mode + k, mode if structure.friction.switched[k] else filled(MODE.inactive))
+        store(z, rows.mode + k, mode if structure.friction.switched[k] else splat(MODE.inactive))
     mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
     factorize(structure.pattern, work.matrix, load(work.smallest, 0), work.r)
     for k in range(rows.frictions):
@@ -61,11 +61,11 @@ def update_masses(structure, values, now, work, mask):
         pass_on_moments(structure, values, z, r)
         for i in range(1, state.angle):
             if i > state.coordinates:
-                store(r, i, filled(0.0))
+                store(r, i, splat(0.0))
             store(force, i, load(r, i))
         # Compare the mobility with that without joints.
-        alone = filled(0.0)
-        mobility = filled(0.0)
+        alone = splat(0.0)
+        mobility = splat(0.0)
         for p in range(len(mass.i)):
             if mass.i[p] == mass.j[p]:
                 part = load(force, mass.i[p])
@@ -75,9 +75,9 @@ def update_masses(structure, values, now, work, mask):
         for i in range(1, state.coordinates + 1):
             mobility = mobility + load(force, i) * load(r, i)
         moves = less(CONTROL.immovable * alone, mobility)
-        effective = where(moves, 1.0 / where(moves, mobility, filled(1.0)), filled(MARK.immovable))
+        effective = where(moves, 1.0 / where(moves, mobility, splat(1.0)), splat(MARK.immovable))
         # Keep the sign, which tells whether an impact is over.
         row = first + laws.gap_start[s]
         old_mass = load(z, row)
-        effective = where(less(old_mass, filled(0.0)), -effective, effective)
+        effective = where(less(old_mass, splat(0.0)), -effective, effective)
         store(z, row, where(mask, effective, old_mass))

@@ -20,11 +20,11 @@ from flexband.mechanics.kernels.failure_codes import FAILURE, note_failure
 from flexband.mechanics.kernels.lanes import (
     any_true,
     compiled,
-    filled,
     less,
     load,
     magnitude,
     maximum,
+    splat,
     where,
 )
 from flexband.mechanics.kernels.laws.gaps import update_gap_rates
@@ -40,7 +40,7 @@ def switch(structure, method, values, work, step, time, limits, mask):
     """
     state = structure.state
     now = np.int64(0)
-    jammed = filled(0.0)
+    jammed = splat(0.0)
     changed = switch_modes(structure, work.z, mask)
     if any_true(changed):
         keep_state(structure, work)
@@ -48,17 +48,17 @@ def switch(structure, method, values, work, step, time, limits, mask):
         left_out, jammed = settle_modes(structure, method, values, now, work, limits, changed)
         if any_true(left_out):
             share(structure, values, now, work, left_out)
-        largest = filled(0.0)
+        largest = splat(0.0)
         for i in range(1, state.coordinates + 1):
             row = state.acceleration + i
             jump = magnitude(load(work.z, row) - load(work.before, row))
             largest = maximum(largest, jump * load(values.inverse_scale, i))
-        smooth = less(step * step * largest, filled(1e-3 * limits.tolerance))
-        smooth = filled(0.0) if state.angle > state.friction else smooth
-        restart(structure, work, where(smooth, filled(0.0), changed))
+        smooth = less(step * step * largest, splat(1e-3 * limits.tolerance))
+        smooth = splat(0.0) if state.angle > state.friction else smooth
+        restart(structure, work, where(smooth, splat(0.0), changed))
         update_gap_rates(structure, values, now, work.z, CONTROL.difference * step, work.blocks)
         update_margins(structure, values, now, work, limits, method.step)
-        go_back(structure, work, where(changed, smooth, filled(1.0)))
+        go_back(structure, work, where(changed, smooth, splat(1.0)))
         update_masses(structure, values, now, work, changed)
         watch(structure, values, now, work, time, time, changed)
     return changed, jammed
@@ -68,7 +68,7 @@ def switch(structure, method, values, work, step, time, limits, mask):
 def begin_friction(structure, method, values, work, limits, failure, fresh):
     """Find what sticks and what slides at the start, which is `fresh` or the end of a motion."""
     step = method.step
-    everywhere = filled(1.0)
+    everywhere = splat(1.0)
     now = np.int64(0)
     keep_state(structure, work)
     left_out, jammed = settle_modes(structure, method, values, now, work, limits, everywhere)
@@ -98,6 +98,6 @@ def end_impacts(structure, values, now, work, closed, accepted):
     The effective masses of contacts that stay closed follow the motion.
     """
     settle_contacts(structure, work.before, work.z, accepted)
-    still_closed = where(accepted, closed, filled(0.0))
+    still_closed = where(accepted, closed, splat(0.0))
     if any_true(still_closed):
         update_masses(structure, values, now, work, still_closed)

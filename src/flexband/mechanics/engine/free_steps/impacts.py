@@ -43,11 +43,11 @@ from flexband.mechanics.kernels.lanes import (
     any_true,
     clear,
     compiled,
-    filled,
     less,
     load,
     magnitude,
     maximum,
+    splat,
     sqrt,
     store,
     where,
@@ -98,16 +98,16 @@ def begin_impact(structure, values, work, limits, step, mask):
     for k in range(rows.frictions):
         mode = load(z, rows.mode + k)
         u = load(z, rows.speed + k)
-        new = filled(MODE.inactive)
+        new = splat(MODE.inactive)
         if friction.switched[k]:
             new = mode
         elif friction.one_way[k]:
             rest = rest_speed(structure, values, limits, step, k)
-            new = where(less(u, rest), filled(MODE.sticks), new)
+            new = where(less(u, rest), splat(MODE.sticks), new)
         store(z, rows.mode + k, where(mask, new, mode))
         store(z, rows.turn + k, where(mask, u, load(z, rows.turn + k)))
         force = load(z, structure.state.friction + k)
-        store(z, structure.state.friction + k, where(mask, filled(0.0), force))
+        store(z, structure.state.friction + k, where(mask, splat(0.0), force))
 
 
 @compiled
@@ -121,8 +121,8 @@ def begin_sliding(structure, values, work, limits, step, mask):
             u = load(z, rows.speed + k)
             mode = load(z, rows.mode + k)
             rest_mask = less(magnitude(u), rest_speed(structure, values, limits, step, k))
-            sense = where(less(u, filled(0.0)), filled(-1.0), filled(1.0))
-            new = where(rest_mask, filled(MODE.sticks), sense)
+            sense = where(less(u, splat(0.0)), splat(-1.0), splat(1.0))
+            new = where(rest_mask, splat(MODE.sticks), sense)
             store(z, rows.mode + k, where(mask, new, mode))
 
 
@@ -130,15 +130,15 @@ def begin_sliding(structure, values, work, limits, step, mask):
 def stick_instead(structure, z, mask):
     """Let stick what slides without a solution, as where it jams; return the lanes with any."""
     rows = friction_rows(structure.state)
-    changed = filled(0.0)
+    changed = splat(0.0)
     for k in range(rows.frictions):
         if structure.friction.reacts[k]:
-            slides = where(sticks(structure.state, z, k), filled(0.0), mask)
+            slides = where(sticks(structure.state, z, k), splat(0.0), mask)
             mode = load(z, rows.mode + k)
-            store(z, rows.mode + k, where(slides, filled(MODE.sticks), mode))
+            store(z, rows.mode + k, where(slides, splat(MODE.sticks), mode))
             store(
                 z, structure.state.friction + k,
-                where(slides, filled(0.0), load(z, structure.state.friction + k)),
+                where(slides, splat(0.0), load(z, structure.state.friction + k)),
             )  # fmt: skip
             changed = maximum(changed, slides)
     return changed
@@ -152,7 +152,7 @@ def set_normal_impulses(structure, values, now, z):
     components = first_component(structure)
     update_components(structure, values, now, z)
     for k in range(rows.frictions):
-        store(z, rows.normal + k, filled(0.0))
+        store(z, rows.normal + k, splat(0.0))
     for n in range(len(friction.of_components)):
         k = friction.of_components[n]
         row = components + 2 * n
@@ -180,7 +180,7 @@ def solve_impulses(structure, values, now, work, pending):
     z = work.z
     r = work.r
     before = work.s
-    none = filled(0.0)
+    none = splat(0.0)
     friction = structure.friction
     rows = friction_rows(state)
     joints = reaction_rows(state)
@@ -223,12 +223,12 @@ def solve_impulses(structure, values, now, work, pending):
         set_normal_impulses(structure, values, now, z)
         set_sliding_speeds(structure, values, now, work)
         followed = follow_impulses(structure, values, z, active, count) / maximum(
-            largest, filled(1e-300)
+            largest, splat(1e-300)
         )
-        active = where(less(filled(IMPACT.settled), followed), active, none)
+        active = where(less(splat(IMPACT.settled), followed), active, none)
         if not any_true(active):
             break
-    return where(active, less(filled(IMPACT.unsettled), followed), none)
+    return where(active, less(splat(IMPACT.unsettled), followed), none)
 
 
 @compiled
@@ -238,8 +238,8 @@ def follow_impulses(structure, values, z, active, count):
     Where changes after each other are parallel, the sum of all further ones is added at once.
     """
     state = structure.state
-    none = filled(0.0)
-    largest = filled(0.0)
+    none = splat(0.0)
+    largest = splat(0.0)
     rows = friction_rows(state)
     # Compare the changes with those before.
     squares = none
@@ -254,11 +254,11 @@ def follow_impulses(structure, values, z, active, count):
         others = others + step * step
         largest = maximum(largest, magnitude(step))
     # Sum up the geometric series where they are parallel.
-    ratio = products / where(less(none, squares), squares, filled(1.0))
+    ratio = products / where(less(none, squares), squares, splat(1.0))
     parallel = less(others - ratio * products, FOLLOW.skew * others)
     parallel = where(parallel, less(none, squares), none)
-    parallel = where(less(magnitude(ratio), filled(FOLLOW.ratio)), parallel, none)
-    factor = where(parallel, 1.0 / (1.0 - ratio), filled(1.0))
+    parallel = where(less(magnitude(ratio), splat(FOLLOW.ratio)), parallel, none)
+    factor = where(parallel, 1.0 / (1.0 - ratio), splat(1.0))
     for k in range(rows.frictions):
         old = load(z, state.friction + k)
         step = where(sticks(state, z, k), none, sliding_impulse(structure, values, z, k) - old)
@@ -273,8 +273,8 @@ def change_sticking(structure, values, work, limits, step, mask):
     """Let slide what asks for most, and stick what would slide back; return where any does."""
     state = structure.state
     z = work.z
-    none = filled(0.0)
-    true = filled(1.0)
+    none = splat(0.0)
+    true = splat(1.0)
     rows = friction_rows(state)
     friction = structure.friction
     largest = none
@@ -291,16 +291,16 @@ def change_sticking(structure, values, work, limits, step, mask):
         u = load(z, rows.speed + k)
         excess = excess_ratio(structure, values, z, k, largest)
         released = where(less(none, excess), where(less(excess, loosest), none, true), none)
-        sense = where(less(load(z, state.friction + k), none), filled(-1.0), true)
+        sense = where(less(load(z, state.friction + k), none), splat(-1.0), true)
         rest = rest_speed(structure, values, limits, step, k)
         reversal = less(mode * u, -rest)
         if friction.one_way[k]:
-            sense = filled(MODE.inactive)
+            sense = splat(MODE.inactive)
             reversal = less(u, -rest)
         reversal = where(sticks(state, z, k), none, reversal)
         if not (friction.one_way[k] or friction.reacts[k]):
             reversal = none
-        new = where(released, sense, where(reversal, filled(MODE.sticks), mode))
+        new = where(released, sense, where(reversal, splat(MODE.sticks), mode))
         change = where(mask, maximum(released, reversal), none)
         store(z, rows.mode + k, where(change, new, mode))
         changed = maximum(changed, change)
@@ -311,7 +311,7 @@ def change_sticking(structure, values, work, limits, step, mask):
 def excess_ratio(structure, values, z, k, largest):
     """Return |p_t| over what friction k can hold if that is less, or 0."""
     state = structure.state
-    none = filled(0.0)
+    none = splat(0.0)
     friction = structure.friction
     impulse = load(z, state.friction + k)
     allowed = IMPACT.rounding * largest
@@ -335,7 +335,7 @@ def add_works(structure, values, now, work, mask, jumps):
     """
     state = structure.state
     z = work.z
-    none = filled(0.0)
+    none = splat(0.0)
     rows = friction_rows(state)
     joints = reaction_rows(state)
     friction = structure.friction
@@ -375,10 +375,10 @@ def impact_matrix(structure, method, values, now, work, pending, jumps):
         mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
         return
     for k in range(state.multiplier, state.friction):  # they may be impulses
-        store(z, k, where(pending, filled(0.0), load(z, k)))
+        store(z, k, where(pending, splat(0.0), load(z, k)))
     residual(structure, values, now, z, work.r, work.blocks)
     tangent(
-        structure, values, now, z, filled(method.dq_da), filled(method.dv_da / method.dq_da),
+        structure, values, now, z, splat(method.dq_da), splat(method.dv_da / method.dq_da),
         work.matrix, work.blocks,
     )  # fmt: skip
 
@@ -395,7 +395,7 @@ def strike_parts(structure, method, values, now, work, limits, mask, jumps):
     """
     state = structure.state
     z = work.z
-    none = filled(0.0)
+    none = splat(0.0)
     step = method.step
     rows = friction_rows(state)
     joints = reaction_rows(state)
@@ -429,9 +429,9 @@ def strike_parts(structure, method, values, now, work, limits, mask, jumps):
         row = joints.reaction + k
         store(z, row, where(mask, load(work.before, row), load(z, row)))
     for k in range(rows.frictions):
-        sense = where(less(load(z, rows.speed + k), none), filled(-1.0), filled(1.0))
+        sense = where(less(load(z, rows.speed + k), none), splat(-1.0), splat(1.0))
         if structure.friction.one_way[k]:
-            sense = filled(1.0)
+            sense = splat(1.0)
         if not structure.friction.switched[k]:
             mode = load(z, rows.mode + k)
             store(z, rows.mode + k, where(mask, sense, mode))
@@ -459,7 +459,7 @@ def strike_by_drive(structure, method, values, now, work, limits, mask):
 @compiled
 def strike_at_start(structure, method, values, work, limits, failure):
     """Perform `strike_parts` in all lanes at the start, and note where it is refused."""
-    everywhere = filled(1.0)
+    everywhere = splat(1.0)
     now = np.int64(0)
     update_dependent(structure, values, now, work.z)
     keep_state(structure, work)

@@ -31,12 +31,12 @@ from flexband.mechanics.kernels.lanes import (
     any_true,
     clear,
     compiled,
-    filled,
     less,
     load,
     magnitude,
     maximum,
     power,
+    splat,
     sqrt,
     store,
     where,
@@ -66,7 +66,7 @@ def pass_through(structure, values, now, work):
     friction = structure.friction
     rows = friction_rows(state)
     joints = reaction_rows(state)
-    none = filled(0.0)
+    none = splat(0.0)
     components = first_component(structure)
     # Find the reactions to the changes of friction.
     clear(r, state.velocity + 1)  # the last row may not be finite
@@ -93,12 +93,12 @@ def pass_through(structure, values, now, work):
             nx = load(work.before, row)
             ny = load(work.before, row + 1)
             N = sqrt(nx * nx + ny * ny)
-            finite_mask = where(less(none, N), less(N, filled(1e300)), none)
-            along = (nx * dx + ny * dy) / where(finite_mask, N, filled(1.0))
+            finite_mask = where(less(none, N), less(N, splat(1e300)), none)
+            along = (nx * dx + ny * dy) / where(finite_mask, N, splat(1.0))
             change = where(finite_mask, along, sqrt(dx * dx + dy * dy))
             mode = load(z, rows.mode + k)
             force = load(work.before, state.friction + k)
-            pulled = where(less(force, none), filled(-1.0), filled(1.0))
+            pulled = where(less(force, none), splat(-1.0), splat(1.0))
             sense = where(sticks(state, z, k), pulled, mode)
             add_to(x, k, sense * load(values.friction.static, k) * change)
 
@@ -109,7 +109,7 @@ def gain_of_friction(structure, values, now, work):
     z = work.z
     x = work.s
     friction = structure.friction
-    gain = filled(1.0)
+    gain = splat(1.0)
     frictions = friction_rows(structure.state).frictions
     half = JAMMING.turns // 2
     # Factor the matrix at the state, which is kept.
@@ -120,20 +120,20 @@ def gain_of_friction(structure, values, now, work):
     for row in range(first_component(structure), structure.state.gap):
         store(work.before, row, load(z, row))
     for row in range(structure.state.multiplier, structure.state.angle):
-        store(z, row, filled(0.0))  # they may not be finite
+        store(z, row, splat(0.0))  # they may not be finite
     factorize_frictionless(structure, values, now, work)
     # Find the spectral radius by power iteration.
     for k in range(frictions):
-        store(x, k, filled(1.0 + 0.1 * k if friction.reacts[k] else 0.0))
+        store(x, k, splat(1.0 + 0.1 * k if friction.reacts[k] else 0.0))
     for turn in range(JAMMING.turns):
         pass_through(structure, values, now, work)
-        size = filled(0.0)
+        size = splat(0.0)
         for k in range(frictions):
             size = maximum(size, magnitude(load(x, k)))
         for k in range(frictions):
-            store(x, k, load(x, k) / maximum(size, filled(1e-300)))
+            store(x, k, load(x, k) / maximum(size, splat(1e-300)))
         if turn >= half:
-            gain = gain * power(size, filled(1.0 / half))
+            gain = gain * power(size, splat(1.0 / half))
     return gain
 
 
@@ -144,20 +144,20 @@ def find_jams(structure, values, work, failure):
     Newton's method diverges where friction jams within a step.
     """
     now = np.int64(0)
-    none = filled(0.0)
+    none = splat(0.0)
     code = load(failure, 0)
     suspects = none
     for reason in (FAILURE.jammed, FAILURE.diverged, FAILURE.too_small):
-        same = less(magnitude(code - reason), filled(0.5))
+        same = less(magnitude(code - reason), splat(0.5))
         suspects = maximum(suspects, same)
     if structure.friction.follows and any_true(suspects):
         gain = gain_of_friction(structure, values, now, work)
-        go_back(structure, work, filled(1.0))
-        jams = where(less(filled(JAMMING.jams), gain), suspects, none)
-        store(failure, 0, where(jams, filled(FAILURE.jammed), code))
+        go_back(structure, work, splat(1.0))
+        jams = where(less(splat(JAMMING.jams), gain), suspects, none)
+        store(failure, 0, where(jams, splat(FAILURE.jammed), code))
         store(failure, 3, where(jams, gain, load(failure, 3)))
         suspects = where(jams, none, suspects)
         code = load(failure, 0)
-    jammed = less(magnitude(code - FAILURE.jammed), filled(0.5))
+    jammed = less(magnitude(code - FAILURE.jammed), splat(0.5))
     unsettled = where(suspects, jammed, none)
-    store(failure, 0, where(unsettled, filled(FAILURE.unsettled), code))
+    store(failure, 0, where(unsettled, splat(FAILURE.unsettled), code))

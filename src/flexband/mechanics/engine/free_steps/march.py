@@ -53,13 +53,13 @@ from flexband.mechanics.kernels.lanes import (
     any_true,
     clear,
     compiled,
-    filled,
     first_true,
     less,
     load,
     magnitude,
     maximum,
     minimum,
+    splat,
     store,
     where,
 )
@@ -77,9 +77,9 @@ def set_functions(count, values, polynomials, place, length):
     """Set the functions of time and rates at a place, −1 to 1, of a round of this length [s]."""
     scale = 2.0 / length
     for f in range(count):
-        value = filled(0.0)
-        rate = filled(0.0)
-        half = filled(0.0)
+        value = splat(0.0)
+        rate = splat(0.0)
+        half = splat(0.0)
         for k in range(COEFFICIENTS - 1, -1, -1):
             half = half * place + rate
             rate = rate * place + value
@@ -95,10 +95,10 @@ def next_length(error, closed, failed, early, event, step):
 
     Where a contact is `closed` every change of the length is made.
     """
-    ratio = where(failed, filled(CONTROL.repeated), length_ratio(error))
-    ratio = where(less(error, filled(1e300)), ratio, filled(CONTROL.repeated))  # also if it is NaN
-    same = where(less(filled(1.0), ratio), less(ratio, filled(CONTROL.unchanged)), filled(0.0))
-    ratio = where(closed, ratio, where(same, filled(1.0), ratio))
+    ratio = where(failed, splat(CONTROL.repeated), length_ratio(error))
+    ratio = where(less(error, splat(1e300)), ratio, splat(CONTROL.repeated))  # also if it is NaN
+    same = where(less(splat(1.0), ratio), less(ratio, splat(CONTROL.unchanged)), splat(0.0))
+    ratio = where(closed, ratio, where(same, splat(1.0), ratio))
     return step * where(early, event, ratio)
 
 
@@ -108,11 +108,11 @@ def blame(trial, number, failed, failure, lost):
 
     What has been noted before remains.
     """
-    lost = where(load(failure, 0), filled(0.0), lost)
-    code = where(failed, load(trial, 0), filled(FAILURE.too_small))
+    lost = where(load(failure, 0), splat(0.0), lost)
+    code = where(failed, load(trial, 0), splat(FAILURE.too_small))
     store(failure, 0, where(lost, code, load(failure, 0)))
     store(failure, 1, where(lost, number, load(failure, 1)))
-    row = where(failed, load(trial, 2), filled(-1.0))
+    row = where(failed, load(trial, 2), splat(-1.0))
     store(failure, 2, where(lost, row, load(failure, 2)))
 
 
@@ -123,13 +123,13 @@ def enter(structure, values, work, n, mask):
     `work.round` has its number, its length in steps of the output, the time at its start, that of
     the result which it leads to, how much of it has passed, and the functions of time in it.
     """
-    none = filled(0.0)
+    none = splat(0.0)
     part = load(values.parts, n)
     stepping = less(none, part)
     rows = structure.functions * COEFFICIENTS
-    length = where(stepping, part, filled(1.0))
+    length = where(stepping, part, splat(1.0))
     start = load(values.moments, n - 1)
-    round_rows = filled(float(n)), length, start, load(values.numbers, n), none
+    round_rows = splat(float(n)), length, start, load(values.numbers, n), none
     for row in range(5):
         store(work.round, row, where(mask, round_rows[row], load(work.round, row)))
     for k in range(rows):
@@ -151,7 +151,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     """
     z = work.z
     a = work.a
-    none = filled(0.0)
+    none = splat(0.0)
     now = np.int64(0)
     state = structure.state
     # Choose the step: as planned, but no step is left that is much shorter than this.
@@ -162,12 +162,12 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     planned = load(work.steps, 0)
     ahead = length - elapsed
     longest = longest_in_contact(structure, values, limits, z)
-    closed = less(longest, filled(1e300))
+    closed = less(longest, splat(1e300))
     contact_part, smallest = limits_of_contacts(structure, values, limits, z)
     planned = minimum(planned, maximum(longest, smallest))
     step = where(less(planned, ahead), 0.5 * ahead, ahead)
     step = where(less(planned, 0.5 * ahead), planned, step)
-    step = where(stepping, step, filled(1.0) * method.step)
+    step = where(stepping, step, splat(1.0) * method.step)
     ratio = step / load(work.steps, 1)
     # Predict the motion.
     keep_state(structure, work)
@@ -180,10 +180,10 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     for k in range(len(structure.laws.gap_kind)):
         in_flight = CONTROL.in_flight if is_contact_gap(structure.laws, k) else in_flight
     in_contact = CONTROL.in_contact * contact_part
-    allowed = limits.tolerance * where(closed, in_contact, filled(in_flight))
+    allowed = limits.tolerance * where(closed, in_contact, splat(in_flight))
     has_states = state.rule > state.law_state
     newton_part = CONTROL.newton_of_states if has_states else CONTROL.newton
-    newton = minimum(newton_part * allowed, filled(tolerance))
+    newton = minimum(newton_part * allowed, splat(tolerance))
     begin_sticking(structure, values, z)
     predict(structure, scaled, values, z, a)
     begin_states(state, z, step, stepping)
@@ -200,13 +200,13 @@ def take_step(  # noqa: PLR0915 (a step is one story)
         of_states = error_of_states(structure, values, now, work, step, method.step)
         of_states = where(less(step, 1.0001 * smallest), none, of_states)
         error = maximum(error, of_states / limits.tolerance)
-    precise_mask = where(failed, none, less(error, filled(1.0)))
+    precise_mask = where(failed, none, less(error, splat(1.0)))
     # Accept the step if it is precise and does not pass an event.
     early, event = first_crossing(structure, values, limits, work.before, z, step)
     short = less((1.0 - event) * step, smallest)
     early = where(precise_mask, where(short, none, early), none)
     accepted = where(stepping, where(early, none, precise_mask), none)
-    by_depth = where(closed, less(error, filled(0.5)), none)  # a contact asks for a shorter step
+    by_depth = where(closed, less(error, splat(0.5)), none)  # a contact asks for a shorter step
     store(work.counts, 3, where(by_depth, none, load(work.counts, 3)))
     update_sizes(structure, work, step, method.step, accepted)
     end_states(state, z, step, accepted)
@@ -226,7 +226,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     next_step = maximum(next_step, smallest)
     store(work.steps, 0, where(stepping, next_step, planned))
     store(work.steps, 1, where(accepted, step, load(work.steps, 1)))
-    go_back(structure, work, where(accepted, none, filled(1.0)))
+    go_back(structure, work, where(accepted, none, splat(1.0)))
     store(work.round, 4, where(accepted, elapsed + step, elapsed))
     # Change the modes at an event.
     end_impacts(structure, values, now, work, closed, accepted)
@@ -238,12 +238,12 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     events = load(work.steps, 2)
     events = where(where(long, accepted, none), CONTROL.remembered * events, events) + changed
     store(work.steps, 2, events)
-    endless = less(filled(CONTROL.events_in_a_row), events)
+    endless = less(splat(CONTROL.events_in_a_row), events)
     shortest = less(step, 1.0001 * smallest)
     lost = where(stepping, where(shortest, where(accepted, endless, shortest), none), none)
     lost = maximum(lost, jammed)
     blame(work.trial, number, failed, failure, lost)
-    store(failure, 0, where(jammed, filled(FAILURE.jammed), load(failure, 0)))
+    store(failure, 0, where(jammed, splat(FAILURE.jammed), load(failure, 0)))
     store(work.counts, 0, load(work.counts, 0) + accepted)
     arrived = where(less(step, ahead), none, accepted)
     return where(lost, none, arrived), lost
@@ -254,7 +254,7 @@ def leave(structure, method, limits, values, work, n, mask, outputs, failure):
     """End round n where `mask` is true: impulses, new accelerations, and the sensors."""
     state = structure.state
     z = work.z
-    none = filled(0.0)
+    none = splat(0.0)
     now = np.int64(0)
     rounds = outputs.shape[0] - 2
     part = load(values.parts, n)
@@ -263,7 +263,7 @@ def leave(structure, method, limits, values, work, n, mask, outputs, failure):
     still = where(less(none, part), none, mask)
     struck = none
     jammed = none
-    place = where(still, none, filled(1.0))
+    place = where(still, none, splat(1.0))
     length = load(work.round, 1) * method.step
     set_functions(structure.functions, values, work.polynomials, place, length)
     # Perform a round that is no step: an impulse, or new accelerations.
@@ -278,9 +278,9 @@ def leave(structure, method, limits, values, work, n, mask, outputs, failure):
         span = CONTROL.difference * load(work.steps, 0)
         update_gap_rates(structure, values, now, z, span, work.blocks)
         update_margins(structure, values, now, work, limits, method.step)
-        restarted = where(less(part, filled(-0.5)), still, none)
+        restarted = where(less(part, splat(-0.5)), still, none)
         watch(structure, values, now, work, moment, moment, restarted)
-        go_back(structure, work, where(still, none, filled(1.0)))
+        go_back(structure, work, where(still, none, splat(1.0)))
         step = load(work.steps, 0)
         _, switch_jams = switch(structure, method, values, work, step, moment, limits, still)
         jammed = note_failure(failure, FAILURE.jammed, maximum(jammed, switch_jams))
@@ -297,28 +297,28 @@ def leave(structure, method, limits, values, work, n, mask, outputs, failure):
     for k in range(states_to_keep(structure)):
         if kept_at(k, rounds) == n:
             keep(structure, z, work.snapshots, k, mask)
-    store(work.reached, 0, where(mask, filled(float(n)), load(work.reached, 0)))
+    store(work.reached, 0, where(mask, splat(float(n)), load(work.reached, 0)))
 
 
 @compiled
 def march_freely(structure, method, limits, tolerance, values, work, outputs, failure, stop):
     """Simulate one block of samples from the state that `start` has filled, see `entries`."""
     z = work.z
-    none = filled(0.0)
+    none = splat(0.0)
     now = np.int64(0)
     begin_steps(structure, work)
     # Set the first steps and the modes of lanes that do not go on from another motion.
-    anew = less(load(work.steps, 1), filled(SHORTEST_STEP))
+    anew = less(load(work.steps, 1), splat(SHORTEST_STEP))
     for row in range(2):
-        first = filled(CONTROL.first) * method.step
-        fresh = less(load(work.steps, row), filled(SHORTEST_STEP))
+        first = splat(CONTROL.first) * method.step
+        fresh = less(load(work.steps, row), splat(SHORTEST_STEP))
         store(work.steps, row, where(fresh, first, load(work.steps, row)))
     start_redundancy = load(failure, 3)
     span = CONTROL.difference * load(work.steps, 0)
     update_gap_rates(structure, values, now, z, span, work.blocks)
     begin_modes(structure, method, values, work, limits, failure, anew)
     sense_start(structure, values, work, outputs)
-    alive = where(load(failure, 0), none, filled(1.0))
+    alive = where(load(failure, 0), none, splat(1.0))
     rounds = outputs.shape[0] - 2
     arrived = alive
     store(work.round, 0, none)
@@ -326,7 +326,7 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
     while True:
         while any_true(arrived):
             n = np.int64(first_true(load(work.round, 0), arrived))
-            same = less(magnitude(load(work.round, 0) - float(n)), filled(0.5))
+            same = less(magnitude(load(work.round, 0) - float(n)), splat(0.5))
             same = where(arrived, same, none)
             if n > 0:
                 leave(structure, method, limits, values, work, n, same, outputs, failure)

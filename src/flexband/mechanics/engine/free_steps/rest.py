@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from flexband.mechanics.kernels.lanes import compiled, filled, load
+from flexband.mechanics.kernels.lanes import compiled, load, splat
 
 
 class StickOptions(NamedTuple):
@@ -28,7 +28,7 @@ STICK = StickOptions()
 @compiled
 def length_unit(structure, values, k):
     """Return the size of the mechanism, or 1 if the travel of friction k is an angle."""
-    unit = filled(1.0)
+    unit = splat(1.0)
     if not structure.friction.angular[k]:
         unit = 1.0 / load(values.inverse_scale, 1)
     return unit

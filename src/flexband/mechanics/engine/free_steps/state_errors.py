@@ -15,12 +15,12 @@ from flexband.mechanics.kernels.lanes import (
     add_to,
     call_at,
     compiled,
-    filled,
     less,
     load,
     magnitude,
     maximum,
     minimum,
+    splat,
     store,
     where,
 )
@@ -56,8 +56,8 @@ def _size(places, work, k, step, longest):
     size = maximum(load(z, places.size + k), magnitude(load(z, places.y + k)))
     rate = magnitude(load(z, places.rate + k))
     change = magnitude(load(z, places.rate + k) - load(work.before, places.rate + k))
-    time = minimum(step * rate / maximum(change, filled(1e-300)), filled(longest))
-    first = less(load(z, places.rule + 2), filled(0.5 * FIRST_SHARE))
+    time = minimum(step * rate / maximum(change, splat(1e-300)), splat(longest))
+    first = less(load(z, places.rule + 2), splat(0.5 * FIRST_SHARE))
     return where(first, maximum(size, rate * time), size)
 
 
@@ -79,7 +79,7 @@ def error_of_states(structure, values, now, work, step, longest):
     laws = structure.laws
     z = work.z
     memory = work.blocks
-    largest = filled(0.0)
+    largest = splat(0.0)
     places = rows_of_states(structure.state)
     for s in range(len(laws.address)):
         rows = layout(laws, s)
@@ -94,6 +94,6 @@ def error_of_states(structure, values, now, work, step, longest):
             trapezoid = 0.5 * step * (load(work.before, places.rate + n) + rate)
             error = OF_RULE * magnitude(y - load(work.before, places.y + n) - trapezoid)
             error += magnitude(load(memory, rows.y + k) - y)
-            size = maximum(_size(places, work, n, step, longest), filled(LEAST_SIZE))
+            size = maximum(_size(places, work, n, step, longest), splat(LEAST_SIZE))
             largest = maximum(largest, error / size)
     return largest

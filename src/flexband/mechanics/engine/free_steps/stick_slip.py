@@ -49,12 +49,12 @@ from flexband.mechanics.kernels.lanes import (
     any_true,
     clear,
     compiled,
-    filled,
     less,
     load,
     magnitude,
     maximum,
     nearest_whole,
+    splat,
     store,
     where,
 )
@@ -71,7 +71,7 @@ def excess(structure, values, z, k):
     What is one way holds any force against sliding back, and none against sliding on.
     """
     if structure.friction.switched[k]:
-        return filled(-1.0)
+        return splat(-1.0)
     force, N, hold = sums_of_line(structure, values, z, k)
     if not structure.friction.one_way[k]:
         force = magnitude(force)
@@ -96,7 +96,7 @@ def update_margins(structure, values, now, work, limits, step):
     """Set the margins and their rates; the contacts' forces are up to date."""
     state = structure.state
     z = work.z
-    none = filled(0.0)
+    none = splat(0.0)
     rows = friction_rows(state)
     gaps = rows_of_gaps(state)
     first = gaps.number - rows.frictions
@@ -112,8 +112,8 @@ def update_margins(structure, values, now, work, limits, step):
             u = load(z, rows.speed + k)
             # Set the margin of friction k.
             stick_mask = sticks(state, z, k)
-            idle = where(less(none, N), none, filled(1.0))  # it may slide in any sense
-            sense = where(less(u, none), filled(-1.0), filled(1.0))
+            idle = where(less(none, N), none, splat(1.0))  # it may slide in any sense
+            sense = where(less(u, none), splat(-1.0), splat(1.0))
             sense = where(idle, sense, load(z, rows.mode + k))
             slid = sense * u + rest_speed(structure, values, limits, step, k)
             margin = where(stick_mask, -excess(structure, values, z, k), slid)
@@ -123,11 +123,11 @@ def update_margins(structure, values, now, work, limits, step):
                 rate = none
             if structure.friction.earlier[k] >= 0:
                 follower = follows(structure, z, k)
-                margin = where(follower, filled(1.0), margin)
+                margin = where(follower, splat(1.0), margin)
                 rate = where(follower, none, rate)
             store(z, gaps.value + first + k, margin)
             store(z, gaps.rate + first + k, rate)
-            store(z, gaps.mode + first + k, filled(1.0))
+            store(z, gaps.mode + first + k, splat(1.0))
             store(z, gaps.force + first + k, N)
 
 
@@ -137,7 +137,7 @@ def begin_to_stick(structure, values, now, work, limits, step, mask):
     state = structure.state
     z = work.z
     r = work.r
-    none = filled(0.0)
+    none = splat(0.0)
     rows = friction_rows(state)
     # Update the normal forces and sliding speeds, and set r to the travels.
     update_dependent(structure, values, now, z)
@@ -148,26 +148,26 @@ def begin_to_stick(structure, values, now, work, limits, step, mask):
         stick_mask = sticks(state, z, k)
         u = load(z, rows.speed + k)
         _, N, _ = sums_of_line(structure, values, z, k)
-        sense = where(less(u, none), filled(-1.0), filled(1.0))
+        sense = where(less(u, none), splat(-1.0), splat(1.0))
         # Beyond the event at which it comes to rest, it slides back.
         reversal = less(u * load(z, rows.mode + k), none)
         if structure.friction.one_way[k]:
-            sense = filled(1.0)
+            sense = splat(1.0)
             reversal = less(u, none)
         slow_mask = less(magnitude(u), 2.0 * rest_speed(structure, values, limits, step, k))
         if not structure.friction.switched[k]:  # an impact moves what stuck before
             stick_mask = where(stick_mask, slow_mask, none)
         rest = where(less(none, N), maximum(slow_mask, where(stick_mask, none, reversal)), none)
-        new = where(stick_mask, load(z, rows.mode + k), where(rest, filled(MODE.sticks), sense))
+        new = where(stick_mask, load(z, rows.mode + k), where(rest, splat(MODE.sticks), sense))
         stopped = where(stick_mask, none, rest)
         if is_in_line(structure, k):
             new = where(is_closed(structure, z, k), new, sense)
-            stopped = filled(1.0)
+            stopped = splat(1.0)
         # Set the anchor of what begins to stick to its travel.
         travel = load(r, state.friction + k)
         if structure.friction.switched[k]:
             rest = less(none, N)
-            new = where(rest, filled(MODE.sticks), filled(MODE.inactive))
+            new = where(rest, splat(MODE.sticks), splat(MODE.inactive))
             travel = allowed_place(structure, values, k, travel)
             force = load(z, state.friction + k)
             store(z, state.friction + k, where(rest, force, where(mask, none, force)))
@@ -190,8 +190,8 @@ def follow_first(structure, z, mask):
             mode = load(z, first + k)
             n = friction.earlier[k]
             while n >= 0:  # the last that is found is the first of the line
-                closed = where(follows(structure, z, k), is_closed(structure, z, n), filled(0.0))
-                mode = where(where(mask, closed, filled(0.0)), load(z, first + n), mode)
+                closed = where(follows(structure, z, k), is_closed(structure, z, n), splat(0.0))
+                mode = where(where(mask, closed, splat(0.0)), load(z, first + n), mode)
                 n = friction.earlier[n]
             store(z, first + k, mode)
 
@@ -203,7 +203,7 @@ def allowed_place(structure, values, k, travel):
     if structure.friction.angular[k]:
         off = travel - math.tau * nearest_whole(travel / math.tau)
     out_of_range = less(load(values.friction.static, k), magnitude(off))
-    return where(out_of_range, filled(np.nan), travel)
+    return where(out_of_range, splat(np.nan), travel)
 
 
 @compiled
@@ -212,7 +212,7 @@ def bring_to_rest(structure, values, now, work, mask):
     state = structure.state
     z = work.z
     r = work.r
-    none = filled(0.0)
+    none = splat(0.0)
     rows = friction_rows(state)
     switched = structure.friction.switched
     # Let stick for now what moves against the sense in which it begins to slide.
@@ -220,7 +220,7 @@ def bring_to_rest(structure, values, now, work, mask):
         sense = load(z, rows.mode + k)
         against = where(mask, less(sense * load(z, rows.speed + k), none), none)
         store(z, rows.speed + k, sense)
-        store(z, rows.mode + k, where(against, filled(MODE.sticks), sense))
+        store(z, rows.mode + k, where(against, splat(MODE.sticks), sense))
     # Project the velocities.
     mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
     factorize(structure.pattern, work.matrix, load(work.smallest, 0), r)
@@ -248,14 +248,14 @@ def looseness(structure, values, z, k, change_of_speed, still):
     a guide can hold the crank.
     """
     if structure.friction.switched[k]:
-        return filled(0.0)
+        return splat(0.0)
     force, _, _ = sums_of_line(structure, values, z, k)
     over = excess(structure, values, z, k)
-    hold = maximum(magnitude(force) - over, filled(STICK.weakest) * magnitude(force))
-    ratio = magnitude(force) / maximum(hold, filled(1e-300))
-    ratio = where(less(filled(0.0), over), ratio, filled(0.0))
-    ratio = where(less(still, magnitude(change_of_speed)), filled(MOVES), ratio)
-    return where(holds(structure, z, k), ratio, filled(0.0))
+    hold = maximum(magnitude(force) - over, splat(STICK.weakest) * magnitude(force))
+    ratio = magnitude(force) / maximum(hold, splat(1e-300))
+    ratio = where(less(splat(0.0), over), ratio, splat(0.0))
+    ratio = where(less(still, magnitude(change_of_speed)), splat(MOVES), ratio)
+    return where(holds(structure, z, k), ratio, splat(0.0))
 
 
 @compiled
@@ -267,7 +267,7 @@ def change_modes(structure, values, now, work, limits, step, mask):
     """
     state = structure.state
     z = work.z
-    none = filled(0.0)
+    none = splat(0.0)
     rows = friction_rows(state)
     sliding_rates(structure, values, now, work)
     changed = none
@@ -290,16 +290,16 @@ def change_modes(structure, values, now, work, limits, step, mask):
         still = speed_limit + rounding * length_unit(structure, values, k)
         change_of_speed = -load(work.r, state.friction + k) * step
         loose = looseness(structure, values, z, k, change_of_speed, still)
-        released = where(less(none, loose), where(less(loose, loosest), none, filled(1.0)), none)
-        moves = less(filled(0.5 * MOVES), loose)
-        pulled = where(less(where(moves, change_of_speed, force), none), filled(-1.0), filled(1.0))
+        released = where(less(none, loose), where(less(loose, loosest), none, splat(1.0)), none)
+        moves = less(splat(0.5 * MOVES), loose)
+        pulled = where(less(where(moves, change_of_speed, force), none), splat(-1.0), splat(1.0))
         reversal = less(sense * change_of_speed, -still)
         at_rest = less(magnitude(load(z, rows.speed + k)), 4.0 * speed_limit)
         reversal = where(stick_mask, none, where(at_rest, reversal, none))
         reversal = where(less(none, N), reversal, none)
         if structure.friction.earlier[k] >= 0:
             reversal = where(follows(structure, z, k), none, reversal)
-        new = where(released, pulled, where(reversal, filled(MODE.sticks), sense))
+        new = where(released, pulled, where(reversal, splat(MODE.sticks), sense))
         change = where(mask, maximum(released, reversal), none)
         store(z, rows.mode + k, where(change, new, sense))
         changed = maximum(changed, change)
@@ -322,13 +322,13 @@ def is_struck(structure, values, work, limits, step, mask):
     """Return where a joint that becomes active, or a clutch that locks, stops a speed at once."""
     z = work.z
     rows = friction_rows(structure.state)
-    struck = filled(0.0)
+    struck = splat(0.0)
     for k in range(rows.frictions):
         if structure.friction.switched[k] or structure.friction.one_way[k]:
             rest = 2.0 * rest_speed(structure, values, limits, step, k)
             moves = less(rest, magnitude(load(z, rows.speed + k)))
-            moves = where(sticks(structure.state, z, k), moves, filled(0.0))
-            struck = maximum(struck, where(mask, moves, filled(0.0)))
+            moves = where(sticks(structure.state, z, k), moves, splat(0.0))
+            struck = maximum(struck, where(mask, moves, splat(0.0)))
     return struck
 
 
@@ -342,7 +342,7 @@ def settle_modes(structure, method, values, now, work, limits, mask):
     step = method.step
     state = structure.state
     rows = friction_rows(structure.state)
-    none = filled(0.0)
+    none = splat(0.0)
     pending = mask
     left_out = none
     if rows.frictions == 0:
@@ -368,9 +368,9 @@ def settle_modes(structure, method, values, now, work, limits, mask):
         pending = none
     jammed = where(mask, maximum(pending, refused), none)
     for k in range(1, state.coordinates + 1):
-        finite = less(magnitude(load(work.z, state.acceleration + k)), filled(np.inf))
+        finite = less(magnitude(load(work.z, state.acceleration + k)), splat(np.inf))
         jammed = where(finite, jammed, mask)
     for k in range(rows.frictions):
-        finite = less(magnitude(load(work.z, rows.anchor + k)), filled(np.inf))
+        finite = less(magnitude(load(work.z, rows.anchor + k)), splat(np.inf))
         jammed = where(finite, jammed, mask)
     return left_out, jammed

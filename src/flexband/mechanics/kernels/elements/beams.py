@@ -40,11 +40,11 @@ from flexband.mechanics.kernels.lanes import (
     add_block,
     add_to,
     compiled,
-    filled,
     less,
     load,
     load_rows,
     plus,
+    splat,
     sqrt,
     times,
     where,
@@ -68,7 +68,7 @@ def _node(z, first):
     ey = dy * id
     along = gx * ey - gy * ex
     across = gx * ex + gy * ey
-    twice = where(less(filled(0.0), along), 2.0 + 2.0 * along * ig, filled(np.nan))
+    twice = where(less(splat(0.0), along), 2.0 + 2.0 * along * ig, splat(np.nan))
     c = 0.5 * sqrt(twice)
     s = 0.5 * across * ig / c
     t = (-gy * ig * ig, gx * ig * ig)

@@ -26,12 +26,12 @@ from flexband.mechanics.kernels.lanes import (
     add_block,
     add_to,
     compiled,
-    filled,
     less,
     load,
     load_rows,
     maximum,
     plus,
+    splat,
     sqrt,
     store,
     store_rows,
@@ -90,7 +90,7 @@ def stretch(p, gi, gj):
     An element that bends by more than a half turn has folded states without any strain.
     """
     backwards = maximum(-(p[0] * gi[0] + p[1] * gi[1]), -(p[0] * gj[0] + p[1] * gj[1]))
-    return where(less(backwards, filled(0.0)), sqrt(p[0] * p[0] + p[1] * p[1]), filled(np.nan))
+    return where(less(backwards, splat(0.0)), sqrt(p[0] * p[0] + p[1] * p[1]), splat(np.nan))
 
 
 @compiled

@@ -13,7 +13,7 @@ they stick. The others follow it. All take part in its force in proportion to wh
 from __future__ import annotations
 
 from flexband.mechanics.kernels.friction.modes import sticks
-from flexband.mechanics.kernels.lanes import compiled, filled, less, load, maximum, store, where
+from flexband.mechanics.kernels.lanes import compiled, less, load, maximum, splat, store, where
 from flexband.mechanics.kernels.state import friction_rows, rows_of_gaps
 
 
@@ -21,7 +21,7 @@ from flexband.mechanics.kernels.state import friction_rows, rows_of_gaps
 def is_closed(structure, z, k):
     """Return where the contact of friction k is closed."""
     mode = rows_of_gaps(structure.state).mode + structure.friction.gap[k]
-    return less(load(z, mode), filled(0.0))
+    return less(load(z, mode), splat(0.0))
 
 
 @compiled
@@ -35,13 +35,13 @@ def is_in_line(structure, k):
 def follows(structure, z, k):
     """Return where friction k follows an earlier one of its line that is closed as well."""
     friction = structure.friction
-    leads = filled(0.0)
+    leads = splat(0.0)
     n = structure.friction.earlier[k]
     while n >= 0:
         leads = maximum(leads, is_closed(structure, z, n))
         n = friction.earlier[n]
     if friction.earlier[k] >= 0:
-        leads = where(is_closed(structure, z, k), leads, filled(0.0))
+        leads = where(is_closed(structure, z, k), leads, splat(0.0))
     return leads
 
 
@@ -50,7 +50,7 @@ def holds(structure, z, k):
     """Return where friction k sticks by a constraint of its own."""
     hold_mask = sticks(structure.state, z, k)
     if structure.friction.earlier[k] >= 0:
-        hold_mask = where(follows(structure, z, k), filled(0.0), hold_mask)
+        hold_mask = where(follows(structure, z, k), splat(0.0), hold_mask)
     return hold_mask
 
 
@@ -68,7 +68,7 @@ def sum_up_line(structure, values, z, first):
     """Return λ, the normal force, and what they can hold, of the closed ones of a line."""
     friction = structure.friction
     rows = friction_rows(structure.state)
-    none = filled(0.0)
+    none = splat(0.0)
     force = none
     N = none
     hold = none
@@ -107,12 +107,12 @@ def share_in_line(structure, values, z):
     for k in range(rows.frictions):
         if structure.friction.earlier[k] < 0 and is_in_line(structure, k):
             force, _, hold = sum_up_line(structure, values, z, k)
-            shared = less(filled(0.0), hold)
-            part = force / where(shared, hold, filled(1.0))
+            shared = less(splat(0.0), hold)
+            part = force / where(shared, hold, splat(1.0))
             n = k
             while n >= 0:
                 limit = load(values.friction.static, n) * load(z, rows.normal + n)
-                closed = where(is_closed(structure, z, n), sticks(state, z, n), filled(0.0))
+                closed = where(is_closed(structure, z, n), sticks(state, z, n), splat(0.0))
                 row = state.friction + n
                 store(z, row, where(where(closed, shared, closed), part * limit, load(z, row)))
                 n = structure.friction.later[n]

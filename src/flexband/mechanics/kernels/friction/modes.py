@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from flexband.mechanics.kernels.lanes import compiled, filled, less, load
+from flexband.mechanics.kernels.lanes import compiled, less, load, splat
 
 
 class Modes(NamedTuple):
@@ -20,4 +20,4 @@ MODE = Modes()
 @compiled
 def sticks(state, z, k):
     """Return the mask of the lanes in which friction k sticks."""
-    return less(filled(0.5 * (1.0 + MODE.sticks)), load(z, state.sliding + k))
+    return less(splat(0.5 * (1.0 + MODE.sticks)), load(z, state.sliding + k))

@@ -44,12 +44,12 @@ from flexband.mechanics.kernels.friction.modes import sticks
 from flexband.mechanics.kernels.lanes import (
     add_to,
     compiled,
-    filled,
     less,
     load,
     magnitude,
     maximum,
     power,
+    splat,
     sqrt,
     store,
     where,
@@ -101,7 +101,7 @@ def begin_sticking(structure, values, z):
         angle = load(values.friction.orbits, n) * load(z, friction.terms.j[t])
         store(z, turn, angle if first else load(z, turn) + angle)
         store(z, rows.distance + k, distance_of_centres(structure, values, z, n))
-        store(z, rows.anchor + k, filled(0.0))
+        store(z, rows.anchor + k, splat(0.0))
     for t in range(len(friction.terms.k)):
         k = friction.terms.k[t] - structure.state.friction
         if friction.circular[k] and not friction.is_orbit[t]:
@@ -122,7 +122,7 @@ def hold_circles(structure, values, z, r):
         now = distance_of_centres(structure, values, z, n)
         stick_mask = sticks(state, z, k)
         before = load(z, rows.distance + k)
-        before = where(less(filled(0.0), before), before, now)
+        before = where(less(splat(0.0), before), before, now)
         mean = where(stick_mask, 0.5 * (before + now), now)
         store(numbers.terms, t, load(numbers.orbits, n) * mean)
         if n == 0 or friction.of_orbit[n - 1] != k:
@@ -139,7 +139,7 @@ def first_component(structure):
 def update_components(structure, values, now, z):
     """Set the components of normal forces."""
     for row in range(first_component(structure), structure.state.gap):
-        store(z, row, filled(0.0))
+        store(z, row, splat(0.0))
     normals = structure.friction.normals
     coefficients = values.friction.normals
     add_products(normals, coefficients, values.functions, now, z, z, 1.0)
@@ -149,7 +149,7 @@ def update_components(structure, values, now, z):
 def coefficient(values, k, u):
     """Return µ(u) of friction k at a sliding speed."""
     numbers = values.friction
-    decay = power(filled(math.e), -u * u * load(numbers.inverse_square, k))
+    decay = power(splat(math.e), -u * u * load(numbers.inverse_square, k))
     return load(numbers.kinetic, k) + load(numbers.rise, k) * decay
 
 
@@ -163,7 +163,7 @@ def update_friction(structure, values, now, z, r):
     components = first_component(structure)
     # Sum up the normal forces.
     for k in range(rows.frictions):
-        store(z, rows.normal + k, filled(0.0))
+        store(z, rows.normal + k, splat(0.0))
     update_components(structure, values, now, z)
     for n in range(len(friction.of_components)):
         row = components + 2 * n
@@ -179,10 +179,10 @@ def update_friction(structure, values, now, z, r):
         u = -load(r, row)
         N = load(z, rows.normal + k)
         sign = load(z, rows.mode + k)
-        store(r, row, filled(0.0))
+        store(r, row, splat(0.0))
         store(z, rows.speed + k, u)
         force = sign * coefficient(values, k, u) * N + load(numbers.viscous, k) * u
-        force = where(sign, where(less(filled(0.0), N), force, filled(0.0)), filled(0.0))
+        force = where(sign, where(less(splat(0.0), N), force, splat(0.0)), splat(0.0))
         store(z, row, where(sticks(state, z, k), load(z, row), force))
 
 
@@ -214,8 +214,8 @@ def force_of_motion(structure, values, z):
     """Return the largest m v² over the size of the mechanism."""
     mass = structure.mass
     first = structure.state.velocity
-    momentum = filled(0.0)
-    rate = filled(0.0)
+    momentum = splat(0.0)
+    rate = splat(0.0)
     for p in range(len(mass.i)):
         if mass.i[p] == mass.j[p]:
             v = magnitude(load(z, first + mass.i[p]))
@@ -234,7 +234,7 @@ def carry_reactions(structure, values, z, mask, begins):
     """
     friction = structure.friction
     state = structure.state
-    none = filled(0.0)
+    none = splat(0.0)
     rows = reaction_rows(state)
     change = none
     largest = none
@@ -258,12 +258,12 @@ def carry_reactions(structure, values, z, mask, begins):
         products = products + last * step
         others = others + step * step
     # Sum up the geometric series where they are parallel.
-    scale = where(less(none, squares), squares, filled(1.0))
+    scale = where(less(none, squares), squares, splat(1.0))
     ratio = products / scale
     skew = others - ratio * products
     parallel = where(less(skew, FOLLOW.skew * others), less(none, squares), none)
-    parallel = where(less(magnitude(ratio), filled(FOLLOW.ratio)), parallel, none)
-    factor = where(parallel, 1.0 / (1.0 - ratio), filled(1.0))
+    parallel = where(less(magnitude(ratio), splat(FOLLOW.ratio)), parallel, none)
+    factor = where(parallel, 1.0 / (1.0 - ratio), splat(1.0))
     for k in range(count):
         reaction = load(z, state.multiplier + k)
         before = load(z, first + k)
@@ -287,7 +287,7 @@ def keep_sticking(structure, z, r):
     state = structure.state
     for k in range(state.angle - state.friction):
         row = state.friction + k
-        store(r, row, where(holds(structure, z, k), load(r, row), filled(0.0)))
+        store(r, row, where(holds(structure, z, k), load(r, row), splat(0.0)))
 
 
 @compiled
@@ -316,10 +316,10 @@ def add_jacobian(structure, values, now, z, weight, matrix):
     for n in range(len(friction.slot)):
         hold_mask = holds(structure, z, friction.of_slot[n])
         entry = load(matrix, friction.slot[n])
-        store(matrix, friction.slot[n], where(hold_mask, entry, filled(0.0)))
+        store(matrix, friction.slot[n], where(hold_mask, entry, splat(0.0)))
     for k in range(len(friction.diagonal)):
         hold_mask = holds(structure, z, k)
-        store(matrix, friction.diagonal[k], where(hold_mask, filled(0.0), filled(1.0)))
+        store(matrix, friction.diagonal[k], where(hold_mask, splat(0.0), splat(1.0)))
 
 
 @compiled

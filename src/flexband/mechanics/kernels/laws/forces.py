@@ -28,11 +28,11 @@ from flexband.mechanics.kernels.lanes import (
     any_true,
     call_at,
     compiled,
-    filled,
     less,
     load,
     magnitude,
     maximum,
+    splat,
     store,
     store_rows,
     where,
@@ -141,7 +141,7 @@ def fill(structure, values, now, z, s, memory):
     for k in range(rows.gaps):
         store(memory, rows.mode + k, load(z, gaps.mode + rows.gap + k))
         store(memory, rows.mode + 5 * rows.gaps + k, load(z, gaps.mass + rows.gap + k))
-    store(memory, rows.differentiated, filled(0.0))
+    store(memory, rows.differentiated, splat(0.0))
 
 
 @compiled
@@ -175,20 +175,20 @@ def start_states(structure, values, z, memory):
         # Set the states, and all gaps as open.
         for k in range(rows.states):
             start_value = load(values.law_states, rows.state + k)
-            steady = less(filled(0.5 * MARK.steady), start_value)
-            value = where(steady, filled(0.0), start_value)
+            steady = less(splat(0.5 * MARK.steady), start_value)
+            value = where(steady, splat(0.0), start_value)
             store(memory, rows.y + k, value)
             store(memory, rows.y + rows.states + k, value)
-            tau = where(steady, filled(MARK.solved), filled(0.0))
+            tau = where(steady, splat(MARK.solved), splat(0.0))
             store(memory, rows.y + 2 * rows.states + k, tau)
         for k in range(rows.gaps):
-            store(memory, rows.mode + k, filled(1.0))
+            store(memory, rows.mode + k, splat(1.0))
         if rows.states + rows.gaps > 0:
             _call(laws, state, z, s, memory)
         # Set the modes of the gaps that the law has computed.
         for k in range(rows.gaps):
-            open_ = less(filled(0.0), load(z, gaps.value + rows.gap + k))
-            mode = where(open_, filled(MARK.at_rest), filled(-MARK.at_rest))
+            open_ = less(splat(0.0), load(z, gaps.value + rows.gap + k))
+            mode = where(open_, splat(MARK.at_rest), splat(-MARK.at_rest))
             place = gaps.mode + rows.gap + k
             old_mode = load(z, place)
             mode = where(old_mode, old_mode, mode)
@@ -245,7 +245,7 @@ def add_unit_force(structure, values, now, z, s, r, memory):
     """Subtract the forces of contact s from r, as `add_law_forces` does, as if its force were 1."""
     row = rows_of_gaps(structure.state).mode + structure.laws.gap_start[s]
     mode = load(z, row)
-    store(z, row, filled(-MARK.unit))
+    store(z, row, splat(-MARK.unit))
     fill(structure, values, now, z, s, memory)
     store(z, row, mode)
     call_at(structure.laws.address[s], memory, 0)
@@ -278,7 +278,7 @@ def is_open(laws, state, z, s):
     if not is_contact(laws, s):
         return False
     mode = load(z, rows_of_gaps(state).mode + laws.gap_start[s])
-    return not any_true(less(mode, filled(0.0)))
+    return not any_true(less(mode, splat(0.0)))
 
 
 @compiled
@@ -286,12 +286,12 @@ def difference(laws, state, z, s, size):
     """Return the step of the differences of a law, which is a small part of a contact's depth."""
     rows = layout(laws, s)
     if not is_contact(laws, s):
-        return filled(DIFFERENCE)
+        return splat(DIFFERENCE)
     depth = magnitude(load(z, state.gap + rows.gap))
     if laws.gap_kind[rows.gap] == GAP.length:
         depth = depth / size
-    step = maximum(DEPTH_DIFFERENCE * depth, filled(DEPTH_DIFFERENCE * DIFFERENCE**1.5))
-    return where(less(step, filled(DIFFERENCE)), step, filled(DIFFERENCE))
+    step = maximum(DEPTH_DIFFERENCE * depth, splat(DEPTH_DIFFERENCE * DIFFERENCE**1.5))
+    return where(less(step, splat(DIFFERENCE)), step, splat(DIFFERENCE))
 
 
 @compiled
@@ -313,7 +313,7 @@ def _fill_contact_stiffness(laws, rows, s, rate, memory):
         place = load(memory, rows.x + j)
         speed = load(memory, rows.v + j)
         for i in range(axes):
-            store(memory, rows.K + i * axes + j, filled(0.0))
+            store(memory, rows.K + i * axes + j, splat(0.0))
         if not any_true(nudge):
             continue
         for sign in (1.0, -1.0):
@@ -352,7 +352,7 @@ def add_law_tangent(  # noqa: PLR0912
         step = difference(laws, state, z, s, size)
         # Set the steps of differences, and let the law find its derivatives K.
         for j in range(axes):
-            nudge = step if _moves(structure, rows, j) else filled(0.0)
+            nudge = step if _moves(structure, rows, j) else splat(0.0)
             if j % AXES < 2:
                 nudge = nudge * size
             store(memory, rows.nudge + j, nudge)
@@ -362,13 +362,13 @@ def add_law_tangent(  # noqa: PLR0912
         if is_contact(laws, s):
             _fill_contact_stiffness(laws, rows, s, rate, memory)
         else:
-            store(memory, rows.differentiated, filled(1.0))
+            store(memory, rows.differentiated, splat(1.0))
             call_at(laws.address[s], memory, 0)
         # Multiply the symmetric part of K by B.
         _fill_derivatives(structure, values, z, s, memory, B)
         for i in range(axes):
             for c in range(count if _moves(structure, rows, i) else 0):
-                total = filled(0.0)
+                total = splat(0.0)
                 for j in range(axes):
                     if _moves(structure, rows, j):
                         symmetric = load(memory, K + i * axes + j) + load(memory, K + j * axes + i)
@@ -377,7 +377,7 @@ def add_law_tangent(  # noqa: PLR0912
         # Add Bᵀ times that.
         for c in range(count):
             for d in range(c, count):
-                total = filled(0.0)
+                total = splat(0.0)
                 for i in range(axes):
                     if _moves(structure, rows, i):
                         total += load(memory, B + i * count + c) * load(memory, KB + i * count + d)
@@ -392,7 +392,7 @@ def _fill_derivatives(structure, values, z, s, memory, B):
     rows = layout(laws, s)
     count = laws.coordinates[s]
     for row in range(B, B + AXES * (rows.end - rows.first) * count):
-        store(memory, row, filled(0.0))
+        store(memory, row, splat(0.0))
     for p in range(rows.first, rows.end):
         row = B + AXES * (p - rows.first) * count
         position = laws.position + p

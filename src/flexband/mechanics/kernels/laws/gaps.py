@@ -7,7 +7,7 @@ step is taken, and its size is the speed |ġ| at the last event.
 from __future__ import annotations
 
 from flexband.mechanics.kernels.angles import angle_drift, polar_rate, vector_rate
-from flexband.mechanics.kernels.lanes import add_to, call_at, compiled, filled, load, store
+from flexband.mechanics.kernels.lanes import add_to, call_at, compiled, load, splat, store
 from flexband.mechanics.kernels.laws.forces import AXES, GAP, fill, layout
 from flexband.mechanics.kernels.laws.states import rows_of_states
 from flexband.mechanics.kernels.state import rows_of_gaps
@@ -44,7 +44,7 @@ def _move(structure, values, z, s, time, memory):
         moved = load(z, places.y + row) + time * load(z, places.rate + row)
         store(memory, rows.y + k, moved)
         store(memory, rows.y + rows.states + k, moved)
-        store(memory, rows.y + 2 * rows.states + k, filled(0.0))
+        store(memory, rows.y + 2 * rows.states + k, splat(0.0))
 
 
 @compiled

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from flexband.mechanics.kernels.lanes import compiled, filled, load, store, where
+from flexband.mechanics.kernels.lanes import compiled, load, splat, store, where
 from flexband.mechanics.kernels.state import STATE_ROWS
 
 FIRST_SHARE = 1.0 / 3.0
@@ -75,7 +75,7 @@ def hold_states(state, z, mask):
     rows = rows_of_states(state)
     if rows.states > 0:
         for row in range(rows.rule, rows.rule + 3):
-            store(z, row, where(mask, filled(0.0), load(z, row)))
+            store(z, row, where(mask, splat(0.0), load(z, row)))
         _hold(rows, z, mask)
 
 
@@ -100,7 +100,7 @@ def end_states(state, z, h, mask):
         store(z, rows.w + k, where(mask, w, load(z, rows.w + k)))
     hold_states(state, z, mask)
     if rows.states > 0:
-        store(z, rows.rule + 2, where(mask, filled(FIRST_SHARE), load(z, rows.rule + 2)))
+        store(z, rows.rule + 2, where(mask, splat(FIRST_SHARE), load(z, rows.rule + 2)))
 
 
 @compiled

@@ -63,12 +63,12 @@ class _Arithmetic(AbstractTemplate):
 
 
 def _lower_arithmetic(function, name):
-    def lowered(context, builder, sig, args):
+    def lower(context, builder, sig, args):
         return getattr(builder, name)(*args, flags=FLAGS)
 
     template = type(f"_{name}", (_Arithmetic,), {})
     infer_global(function)(template)  # pyright: ignore[reportOptionalCall]
-    lower_builtin(function, *([lane] * (1 if function is operator.neg else 2)))(lowered)
+    lower_builtin(function, *([lane] * (1 if function is operator.neg else 2)))(lower)
 
 
 for _function, _name in (

@@ -32,7 +32,7 @@ class RecordType(types.Type):
     """Numba's type of a `Record`, with the type and the place of each field by name."""
 
     def __init__(self, fields: Any):
-        kinds = [*map(_typed, fields)]
+        kinds = [*map(_numba_type, fields)]
         places = [0, *accumulate(map(_size, kinds))]
         self.fields = dict(zip(fields._fields, kinds, strict=True))
         self.places = dict(zip(fields._fields, places, strict=False))
@@ -62,7 +62,7 @@ def _size(kind: types.Type) -> int:
     return 1 + kind.ndim if isinstance(kind, IndicesType) else 1
 
 
-def _typed(field: Any) -> types.Type:
+def _numba_type(field: Any) -> types.Type:
     if isinstance(field, tuple):
         return RecordType(field)
     if isinstance(field, np.ndarray) and field.dtype.kind != "f":

@@ -10,7 +10,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from flexband.basics.checks import check_finite, check_integer, check_numbers
-from flexband.basics.prescribed_motion import prescribed
+from flexband.basics.prescribed_motion import driven_part
 from flexband.basics.user_functions import evaluate_function
 from flexband.errors import InputError
 from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input, Interval
@@ -103,7 +103,7 @@ class Field(Input):
                     f"({start:g}, {end:g}); give a domain=(start, end) that contains the positions "
                     "of all runs"
                 )
-            part = prescribed()
+            part = driven_part()
             if part and part not in prescribed_parts:
                 self.check_motion(part)
                 prescribed_parts.add(part)

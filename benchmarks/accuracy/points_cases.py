@@ -120,7 +120,11 @@ def total(d: int, order: int) -> list[tuple[int, ...]]:
 
 def adaptive(size: int, expansion: HybridExpansion) -> list[tuple[int, ...]]:
     """Return the downward closed set that adds the largest coefficients one after the other."""
-    large = np.abs(expansion.weighted).sum(axis=1).reshape([q + 1 for q in expansion.orders])
+    large = (
+        np.abs(expansion.orthonormal_coefficients)
+        .sum(axis=1)
+        .reshape([q + 1 for q in expansion.orders])
+    )
     one = np.eye(large.ndim, dtype=int)
     found = [(0,) * large.ndim]
     while len(found) < size:

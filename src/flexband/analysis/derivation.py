@@ -157,7 +157,7 @@ class _Derivation:
 
     def labelled(self, values: np.ndarray) -> xr.DataArray:
         """Return the quantity of values of the surrogate, dims ("sample", …)."""
-        return made_of(self.surrogate._labelled(values), self.quantity)
+        return made_of(self.surrogate._label_values(values), self.quantity)
 
     def statistics(self, values: np.ndarray) -> np.ndarray:
         """Return the statistics of the bands of samples (…, samples, size), (6, …, size)."""

@@ -93,7 +93,7 @@ class SampledSeries:
                 columns = series.columns
                 m = hybrid.interval_dimension
                 terms = PartTerms.from_expansion(hybrid, columns)
-                reach = terms.reach()[:m] * (not terms.saturated)
+                reach = terms.reach()[:m] * (not terms.averages_vanish)
                 points = scan_points(2 * terms.orders[:m], reach)
             else:
                 points = scan(hybrid.interval_orders)

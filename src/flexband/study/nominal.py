@@ -142,7 +142,7 @@ def with_runs(
             )
             if set(values) != set(tolerances.inputs):  # those of interval fields
                 continue
-            _, eta = tolerances.standardized(values)
+            _, eta = tolerances.standardize(values)
             points = np.zeros((1, case.space.random_dimension)), np.reshape(eta, (1, -1))
             made = runs_of(case, label, lambda *_: None)(points)
             assert made.values is not None

@@ -44,7 +44,7 @@ def test_rows_and_times(seed, chosen, thinned):
     own = DESIGNS[-1].fit(runs).of_rows(ROWS, which, times)
     assert isinstance(own, Interpolation)
     np.testing.assert_allclose(own.evaluate(*where), whole.evaluate(*where), atol=1e-11)
-    np.testing.assert_allclose(own.formed().coefficients, whole.coefficients, atol=1e-11)
+    np.testing.assert_allclose(own.to_hybrid().coefficients, whole.coefficients, atol=1e-11)
     assert own.orders == whole.orders
 
 
@@ -85,7 +85,11 @@ def test_runs_grow(batches, budget):
         (runs.fit if is_fitted else runs.hold)(new)
         (fitted if is_fitted else held).extend(new.xi[:, 0])
     assert runs.count == len(fitted) + len(held)
-    for own, expected in ((runs.fitted, fitted), (runs.held, held), (runs.all, fitted + held)):
+    for own, expected in (
+        (runs.design_runs, fitted),
+        (runs.holdout, held),
+        (runs.all, fitted + held),
+    ):
         assert own.xi[:, 0].tolist() == expected
         assert (own.eta[:, 0] - 0.5).tolist() == expected
         assert (own.values == np.array(expected)[:, None, None]).all()

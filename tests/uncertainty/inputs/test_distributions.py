@@ -280,7 +280,7 @@ BOX = fb.Interval(2.0, 2.4)
 def test_every_parameter_may_be_an_interval(one, tmp_path):
     ends = ((box.lower, box.upper) for box in one.intervals.values())
     means = [
-        one.replaced(dict(zip(one.intervals, corner, strict=True))).frozen.mean()
+        one.with_parameters(dict(zip(one.intervals, corner, strict=True))).frozen.mean()
         for corner in product(*ends)
     ]
     surrogate = fb.expand(lambda x: x, {"x": one}, fb.PCCI(5, 5))

@@ -284,6 +284,6 @@ class Chance:
         for name, k in space.columns(random=True).items():
             if name in stds:
                 old: Any = space.inputs[name]
-                new = old.replaced({"std": float(stds[name])})
+                new = old.with_parameters({"std": float(stds[name])})
                 normals[:, k] = old.to_normal(new.at_normal(u[:, k]))
         return normals

@@ -105,7 +105,7 @@ class WorstCaseBounds:
             return self.expansions
         part = part_of(self.tolerances.space, inputs)
         return [
-            expansion.substituted(part.substitutions, part.space.families)
+            expansion.substitute(part.substitutions, part.space.families)
             for expansion in self.expansions
         ]
 
@@ -243,6 +243,6 @@ class WorstCaseBounds:
         output, at = divmod(series, self.times)
         expansion, row = [pair for pair in self._rows(self.expansions) if pair[1] <= output][-1]
         part = expansion.select(expansion.outputs[[output - row]], np.array([at]))
-        part = part.substituted(*fix_inputs(self.tolerances.space, names))
+        part = part.substitute(*fix_inputs(self.tolerances.space, names))
         value = part.extremes([-self.sigmas, self.sigmas])[side].values[side].item()
         return float(SIGNS[side] * (self.bounds[side, series] - value))

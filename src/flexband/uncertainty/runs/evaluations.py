@@ -116,11 +116,11 @@ class Evaluations:
         evaluation = Evaluated(*arguments, probed=self.probed)
         if record is not None:
             self._look_up(evaluation, record, advance)
-        if response.elsewhere and len(evaluation.missing):
+        if response.elsewhere and len(evaluation.pending_runs):
             names = space.recorded_at(*space.nominal())
-            raise RunsNeeded(evaluation.numbers[evaluation.missing], names, setting)
+            raise RunsNeeded(evaluation.numbers[evaluation.pending_runs], names, setting)
         call_size = 1 if response.one_by_one else self.batch
-        self._make(evaluation, evaluation.missing, call_size, advance)
+        self._make(evaluation, evaluation.pending_runs, call_size, advance)
         if evaluation.values is None:
             reason = next(iter(evaluation.failed.values()))
             raise RunError(f"{all_of(len(points[0]), 'run')} failed; the first: {reason}", {})
@@ -145,7 +145,7 @@ class Evaluations:
                 evaluation.remarks[int(run)] = remarks_in(text)
         if self.failed == "skip":
             evaluation.leave_out({int(hits[k]): reason for k, reason in reasons.items()})
-        advance(len(rows) - len(evaluation.missing))
+        advance(len(rows) - len(evaluation.pending_runs))
 
     def _make(
         self, evaluation: Evaluated, runs: np.ndarray, call_size: int, advance: Advance
@@ -169,7 +169,7 @@ class Evaluations:
             for number, outcome in outcomes:
                 part, seconds = parts[number], outcome.seconds / len(parts[number])
                 evaluation.remark(part, outcome.remarks)
-                good_runs, values, failures, error = evaluation.judged(part, outcome)
+                good_runs, values, failures, error = evaluation.judge_call(part, outcome)
                 if values is not None and len(good_runs):
                     evaluation.take(good_runs, values)
                     evaluation.write(good_runs, values, "", seconds)
@@ -230,7 +230,7 @@ class Evaluations:
             response = refinements["step"]
             tasks = [lambda: evaluation.arguments(run)]
             outcome = next(iter(self.perform(response.original, tasks)))[1]
-            good_runs, values, _, _ = evaluation.judged(run, outcome)
+            good_runs, values, _, _ = evaluation.judge_call(run, outcome)
             if values is not None and len(good_runs):
                 is_labelled = isinstance(outcome.value, xr.DataArray)
                 # by the response itself

@@ -162,7 +162,7 @@ def outcome(case: Case, seed: int) -> Outcome:
     state = LimitState.from_surrogate(
         surrogate, corridor, np.zeros(surrogate.labels.shape[1:]), rng
     )
-    known = rare(lambda u: state.least(u, eta), surrogate.space.random_dimension, rng)
+    known = rare(lambda u: state.least_margins(u, eta), surrogate.space.random_dimension, rng)
     at = estimate(state, state, eta, known, 0.025, rng)
     usual = 2 * TWO_SIDED * at.error / at.probability
     usual *= np.sqrt(len(at.u) / float(found["samples"]))

@@ -73,8 +73,8 @@ class SampledSeries:
     scan: tuple[np.ndarray, np.ndarray]  # η that are tried first, and the numbers of neighbours
 
     @property
-    def scanned(self) -> tuple[np.ndarray, np.ndarray]:
-        """The scan for a search over intervals; raise `InputError` if there is a disc."""
+    def interval_scan(self) -> tuple[np.ndarray, np.ndarray]:
+        """The scan for a search over intervals alone; raise `InputError` if there is a disc."""
         if self.hybrid.discs:
             raise InputError(
                 "quantiles, p-boxes, Sobol' indices and derived quantities do not take a Play; "

@@ -14,7 +14,7 @@ from flexband.basics.progress import Progress
 from flexband.basics.response import Response, ResponseFunction, as_response
 from flexband.errors import InputError
 from flexband.requirements.criteria import Probability, ShareOfParts
-from flexband.requirements.requirement import Requirement, Requirements, several
+from flexband.requirements.requirement import Requirement, Requirements, requirement_tuple
 from flexband.requirements.scatter import Scatter, ScatteringTolerances
 from flexband.study.presentation.display import Display, names_of_inputs
 from flexband.study.presentation.title_block import checked_title_block
@@ -60,7 +60,9 @@ class StudyDefinition:
         field_values = {
             "inputs": Fixed(self.inputs),
             "sigmas": checked_sigmas(self.sigmas),
-            "requirements": tuple(dict.fromkeys(several(self.requirements, "requirements"))),
+            "requirements": tuple(
+                dict.fromkeys(requirement_tuple(self.requirements, "requirements"))
+            ),
             "scatter": Fixed(self.scatter),
             "units": Fixed(display.units),
             "display_units": Fixed(display.display_units),
@@ -75,7 +77,7 @@ class StudyDefinition:
     @property
     def limits(self) -> tuple[Requirement, ...]:
         """The requirements, by another name."""
-        return several(self.requirements)
+        return requirement_tuple(self.requirements)
 
     @property
     def display(self) -> Display:
@@ -145,7 +147,7 @@ class StudyDefinition:
     def _check_requirements(self, labels: xr.DataArray) -> None:
         """Raise `InputError` if a requirement or a display unit does not fit the outputs."""
         self.display.check_fits(labels, names_of_inputs(self.inputs))
-        for requirement in several(self.requirements):
+        for requirement in requirement_tuple(self.requirements):
             requirement.check_fits(labels)
 
     def using(self, method: Method) -> Self:
@@ -175,7 +177,7 @@ class StudyDefinition:
 
 def _check_criteria(study: StudyDefinition) -> None:
     """Raise `InputError` if a criterion needs random inputs, or a scatter, that a study has not."""
-    for requirement in several(study.requirements):
+    for requirement in requirement_tuple(study.requirements):
         criterion = requirement.criterion
         label = requirement.label
         if isinstance(criterion, ShareOfParts) and not study.scatter:

@@ -252,11 +252,11 @@ def test_a_discrepancy_with_a_kink_is_known_where_runs_are():
     x = np.linspace(-3, 3, 25)[:, None]
     places = np.linspace(-2.9, 2.9, 200)[:, None]
     kink = DiscrepancyModel(x, np.abs(x[:, 0]))
-    apart = np.abs(kink.expected(places) - np.abs(places[:, 0]))
+    apart = np.abs(kink.predict(places) - np.abs(places[:, 0]))
     assert apart.max() < 0.15
     assert apart.mean() < 0.02
     assert np.mean(apart <= 2 * kink.scatter(places)) > 0.95
     quadratic = DiscrepancyModel(x, x[:, 0] ** 2 - 1)
     far = np.array([[5.0]])
-    assert abs(quadratic.expected(far)[0] - 24.0) < 1e-2
+    assert abs(quadratic.predict(far)[0] - 24.0) < 1e-2
     assert quadratic.scatter(far)[0] < 0.1

@@ -150,11 +150,11 @@ class StudyDefinition:
         for requirement in requirement_tuple(self.requirements):
             requirement.check_fits(labels)
 
-    def using(self, method: Method) -> Self:
+    def with_method(self, method: Method) -> Self:
         """Return the same study with another method."""
         return replace(self, method=method)
 
-    def located(self) -> Self:
+    def with_domains(self) -> Self:
         """Return the same study with the domains of all fields set."""
         return replace(self, inputs=locate_fields(self.response, self.inputs)[0])
 
@@ -164,7 +164,7 @@ class StudyDefinition:
         That is the midpoint of an interval, and the mean of a random input; of a `LogNormal`, and
         of distributions with heavy tails, the median.
         """
-        space = Space(first_case(self.located().inputs))
+        space = Space(first_case(self.with_domains().inputs))
         nominal = space.nominal()
         evaluation = Evaluations()(self.response, space, "", nominal, None, lambda *_: None)
         assert evaluation.values is not None
@@ -172,7 +172,7 @@ class StudyDefinition:
 
     def fields(self) -> dict[str, Field]:
         """Return the fields among the inputs, with their domains set."""
-        return {k: i for k, i in self.located().inputs.items() if isinstance(i, Field)}
+        return {k: i for k, i in self.with_domains().inputs.items() if isinstance(i, Field)}
 
 
 def _check_criteria(study: StudyDefinition) -> None:

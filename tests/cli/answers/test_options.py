@@ -347,7 +347,7 @@ def test_what_no_tolerance_reaches_is_told_once(folder):
 def test_answers_of_a_study_that_is_running_are_remarked(folder, tmp_path):
     own = tmp_path / "out"
     shutil.copytree(folder, own)
-    with StudyFolder(own).held():
+    with StudyFolder(own).hold_lock():
         done = run("contributions", own)
         assert done.exit_code == 0
         assert "is running; this answer is from its surrogate.npz of 2" in done.output

@@ -123,7 +123,11 @@ def total_order_set(d: int, order: int) -> list[tuple[int, ...]]:
 
 def adaptive_set(size: int, expansion: HybridExpansion) -> list[tuple[int, ...]]:
     """Return the downward closed set that adds the largest coefficients one after the other."""
-    large = np.abs(expansion.weighted).sum(axis=1).reshape([q + 1 for q in expansion.orders])
+    large = (
+        np.abs(expansion.orthonormal_coefficients)
+        .sum(axis=1)
+        .reshape([q + 1 for q in expansion.orders])
+    )
     units = np.eye(large.ndim, dtype=int)
     index_set = [(0,) * large.ndim]
     while len(index_set) < size:

@@ -162,7 +162,9 @@ def outcome(case: Case, seed: int) -> Outcome:
     state = LimitState.from_surrogate(
         surrogate, [corridor], np.zeros(surrogate.labels.shape[1:]), rng
     )
-    rare_samples = rare(lambda u: state.least(u, eta), surrogate.space.random_dimension, rng)
+    rare_samples = rare(
+        lambda u: state.least_margins(u, eta), surrogate.space.random_dimension, rng
+    )
     at = estimate(state, state, eta, rare_samples, 0.025, rng)
     reference_width = 2 * TWO_SIDED * at.error / at.probability
     reference_width *= np.sqrt(len(at.u) / float(result["samples"]))

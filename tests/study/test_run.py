@@ -171,7 +171,7 @@ def test_options_of_a_run(file, tmp_path):
         study.run_in(folder, RunOptions(batch=0))
     with pytest.raises(fb.errors.InputError, match="options must be a"):
         study.run_in(folder, 5)
-    scan = study.using(fb.methods.SobolScanning(16, 3))
+    scan = study.with_method(fb.methods.SobolScanning(16, 3))
     with pytest.raises(
         fb.errors.InputError, match="verification_runs requires a method with a surrogate"
     ):

@@ -149,15 +149,15 @@ class _Derivation:
         self.sigmas = sigmas
         self.part = part
         space = surrogate.space
-        self.frame = self.labelled(surrogate.standard(*space.nominal()))
+        self.frame = self.compute_quantity(surrogate.standard(*space.nominal()))
         check_free(self.frame, "bound", "input")
         self.size = math.prod(self.frame.shape[1:])
         is_small = self.size <= options.few_numbers
         self.lattice = options.fine_lattice if is_small else options.lattice
 
-    def labelled(self, values: np.ndarray) -> xr.DataArray:
-        """Return the quantity of values of the surrogate, dims ("sample", …)."""
-        return made_of(self.surrogate._labelled(values), self.quantity)
+    def compute_quantity(self, values: np.ndarray) -> xr.DataArray:
+        """Compute the quantity from values of the surrogate, dims ("sample", …)."""
+        return made_of(self.surrogate._label_values(values), self.quantity)
 
     def statistics(self, values: np.ndarray) -> np.ndarray:
         """Return the statistics of the bands of samples (…, samples, size), (6, …, size)."""
@@ -175,7 +175,7 @@ class _Derivation:
         """Return samples of the quantity at places η, shape (places, samples, size)."""
         count = len(xi)
         values = self.surrogate.standard(np.tile(xi, (len(eta), 1)), np.repeat(eta, count, axis=0))
-        return self.labelled(values + shift).values.reshape(len(eta), count, self.size)
+        return self.compute_quantity(values + shift).values.reshape(len(eta), count, self.size)
 
     def bands(self, samples: int, seed: int) -> xr.Dataset:
         """Return what `derived` does."""
@@ -249,7 +249,9 @@ class _Derivation:
         options = self.options
         # Choose the points of the scan, and how many samples are affordable.
         scans = [
-            series.scanned for e in surrogate.expansions for series in SampledSeries.of_outputs(e)
+            series.interval_scan
+            for e in surrogate.expansions
+            for series in SampledSeries.of_outputs(e)
         ]
         points, beside = max(scans, key=lambda scan: len(scan[0]))
         if len(points) > options.max_points:

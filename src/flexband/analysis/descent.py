@@ -57,8 +57,8 @@ def descend(
     step = np.full(len(best), first_step or options.first_step)
     rows = np.arange(len(best)) if m else np.zeros(0, dtype=int)
 
-    def tried(rows: np.ndarray, places: np.ndarray) -> np.ndarray:
-        """Take the places that are lower; return all values, infinite where nothing changes."""
+    def try_places(rows: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """Try places and take the lower ones; return all values, infinite where nothing changes."""
         new_values = np.full(len(rows), np.inf)
         new = np.flatnonzero(np.any(places != best[rows], axis=1))
         if len(new):
@@ -81,7 +81,7 @@ def descend(
             for sign in (-1.0, 1.0):
                 places = middle.copy()
                 places[:, k] = np.clip(middle[:, k] + sign * step[rows], -1, 1)
-                sides.append((places[:, k] - middle[:, k], tried(rows, places)))
+                sides.append((places[:, k] - middle[:, k], try_places(rows, places)))
             (a, value_at_a), (b, value_at_b) = sides
             inside = np.flatnonzero(
                 np.isfinite(value_at_a + value_at_b) & (center < np.minimum(value_at_a, value_at_b))
@@ -95,11 +95,11 @@ def descend(
                 vertex = -(slopes[0] - bend * a) / (2 * bend)
                 places = middle[inside]
                 places[:, k] = np.clip(places[:, k] + np.clip(vertex, a, b), -1, 1)
-                tried(rows[inside], places)
+                try_places(rows[inside], places)
         # Repeat the change of the whole sweep, then shorten the steps that gained nothing.
         if m > 1:
             sweep_change = best[rows] - at_start
-            tried(rows, np.clip(best[rows] + sweep_change, -1, 1))
+            try_places(rows, np.clip(best[rows] + sweep_change, -1, 1))
         step[rows[before - lowest[rows] <= tolerance[rows]]] /= options.step_divisor
         rows = rows[step[rows] > options.last_step]
     return lowest, best

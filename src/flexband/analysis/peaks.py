@@ -50,8 +50,8 @@ class TimeAxis:
         first, last = self.window
         return (self.times >= first) & (self.times <= last)
 
-    def near(self) -> slice:
-        """Return the times in the window, and those that tell of a curve at its ends."""
+    def window_slice(self) -> slice:
+        """Return the slice of times in the window, and those that tell of a curve at its ends."""
         first, last = np.searchsorted(self.times, self.window)
         return slice(max(0, int(first) - BESIDE), int(last) + BESIDE)
 
@@ -101,7 +101,7 @@ def least_between(curves: np.ndarray, axis: TimeAxis, *, impacts: bool = False) 
         third = inner[..., [0, *range(count - 3), -1]]
     rules = [(before + third * shift, third), (before, 0.0 * third), (after, 0.0 * third)]
     pieces = [_Pieces(curves[..., :-1], slope, step, *rule) for rule in rules]
-    lows, places = zip(*(piece.least(first, last) for piece in pieces), strict=True)
+    lows, places = zip(*(piece.minimum_between(first, last) for piece in pieces), strict=True)
     ends = np.minimum(pieces[0].values(first), pieces[0].values(last))
     lowest = np.min(lows, axis=0)
     if impacts:
@@ -126,8 +126,8 @@ class _Pieces(NamedTuple):
         """Return their values at u."""
         return self.y + u * (self.d + (u - self.h) * (self.a + self.e * u))
 
-    def least(self, first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return their least values between two u, and where they are."""
+    def minimum_between(self, first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return their minima between two u, and where they are."""
         bend = self.a - self.e * self.h
         slope = self.d - self.a * self.h
         with np.errstate(invalid="ignore", divide="ignore"):

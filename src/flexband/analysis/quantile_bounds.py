@@ -268,7 +268,7 @@ def _search(
     the bound of μ + zσ.
     """
     # Scan some of the times.
-    points, beside = series.scanned
+    points, beside = series.interval_scan
     times = series.times
     m = points.shape[1]
     stride = math.ceil(times / options.max_scanned_times)

@@ -46,7 +46,7 @@ class Magnitude:
             raise InputError(
                 f"outputs must be two different names or more; got {value_text(outputs)}"
             )
-        object.__setattr__(self, "outputs", tuple(_checked(output) for output in outputs))
+        object.__setattr__(self, "outputs", tuple(_check_output(output) for output in outputs))
 
     def __call__(self, response: xr.DataArray) -> xr.DataArray:
         parts = [output_of(response, output) for output in self.outputs]
@@ -78,7 +78,7 @@ class _OverTime(ABC):
 
     def __post_init__(self) -> None:
         if self.of is not None and not callable(self.of):
-            _checked(self.of)
+            _check_output(self.of)
         if self.period is not None:
             check_positive("period", check_numbers("period", self.period))
 
@@ -252,7 +252,7 @@ def _unit_of_last(output: xr.DataArray) -> str:
     return unit_of_variable(output[output.dims[-1]])
 
 
-def _checked(output: str) -> str:
+def _check_output(output: str) -> str:
     if not isinstance(output, str) or not output:
         raise InputError(f"an output must be given by its name; got {value_text(output)}")
     return output

@@ -73,8 +73,8 @@ class SampledSeries:
     scan: tuple[np.ndarray, np.ndarray]  # η that are tried first, and the numbers of neighbours
 
     @property
-    def scanned(self) -> tuple[np.ndarray, np.ndarray]:
-        """The scan for a search over intervals; raise `InputError` if there is a disc."""
+    def interval_scan(self) -> tuple[np.ndarray, np.ndarray]:
+        """The scan for a search over intervals alone; raise `InputError` if there is a disc."""
         if self.hybrid.discs:
             raise InputError(
                 "quantiles, p-boxes, Sobol' indices and derived quantities do not take a Play; "
@@ -93,7 +93,7 @@ class SampledSeries:
                 columns = series.columns
                 m = hybrid.interval_dimension
                 terms = PartTerms.from_expansion(hybrid, columns)
-                reach = terms.reach()[:m] * (not terms.saturated)
+                reach = terms.reach()[:m] * (not terms.averages_vanish)
                 points = scan_points(2 * terms.orders[:m], reach)
             else:
                 points = scan(hybrid.interval_orders)

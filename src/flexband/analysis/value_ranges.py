@@ -97,7 +97,7 @@ def range_of(surrogate: Surrogate, probability: float) -> xr.Dataset:
     families = space.families
     n = space.random_dimension
     m = space.interval_dimension
-    if probability == 1 and not all(family.bounded for family in families):
+    if probability == 1 and not all(family.has_finite_bounds for family in families):
         raise InputError("probability must be below 1: not all random inputs are bounded; got 1")
     # Find the box of the random variables, and search it together with the intervals.
     beyond = -np.expm1(np.log(probability) / max(n, 1)) / 2

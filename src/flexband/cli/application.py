@@ -41,7 +41,7 @@ class _Commands(TyperGroup):
     def parse_args(self, ctx: Any, args: Sequence[str]) -> list[str]:
         options = args[: args.index("--")] if "--" in args else args
         Ending.debug = "--debug" in options
-        arguments = _apart([a for a in options if a != "--debug"])
+        arguments = _split_during([a for a in options if a != "--debug"])
         return super().parse_args(ctx, [*arguments, *args[len(options) :]])
 
     def main(self, *arguments: Any, **options: Any) -> Any:
@@ -49,8 +49,8 @@ class _Commands(TyperGroup):
         return super().main(*arguments, **options)
 
 
-def _apart(args: Sequence[str]) -> list[str]:
-    """Return arguments with the two times of --during apart: a blank or a comma may be between."""
+def _split_during(args: Sequence[str]) -> list[str]:
+    """Split the two times of --during, with a blank or a comma between, into two arguments."""
     arguments: list[str] = []
     for arg in args:
         name, equals, value = arg.partition("=")

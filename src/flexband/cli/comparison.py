@@ -59,11 +59,11 @@ def compare_methods(
         compile_ahead(study)
     check_folder(output)
     folder = StudyFolder(output)
-    with folder.held(keep_lock=False):
+    with folder.hold_lock(keep_lock=False):
         claim = str(file.resolve()), fingerprint(study.response)
         folder.check_claim(*claim, replace=replace)
         try_write(lambda: folder.claim(*claim))
-        study = with_discretization(study.located())
+        study = with_discretization(study.with_domains())
         print_text("Everything is compiled before the methods are timed.", error=True)
         with progress_bars() as task:
             results = compare(

@@ -75,7 +75,7 @@ class Plan:
         study = load_study(Path(self.file))
         method = METHODS[self.method]() if self.method else study.method
         with usage():
-            study = study.using(with_options(method, self.values))
+            study = study.with_method(with_options(method, self.values))
             if self.sigmas is not None:
                 study = replace(study, sigmas=checked_sigmas(self.sigmas))
             if self.verify and not study.expands:
@@ -129,7 +129,7 @@ def plan_in(folder: Path, *, trust: bool = False, **changes: Any) -> Plan:
         runs = ". `flexband run` with the study's file and this folder uses the runs that are there"
         raise StoreError(
             f"folder must be that of a study that `flexband run` began; there is no study.json in "
-            f"{str(folder)!r}{runs if StudyFolder(folder).recorded else ''}"
+            f"{str(folder)!r}{runs if StudyFolder(folder).has_runs_or_record else ''}"
         )
     with usage():
         plan = Plan.from_content(about, **changes)

@@ -133,7 +133,7 @@ def run_plan(plan: Plan, output: Path, options: RunOptions, *, as_json: bool = F
         print_text(f"`flexband import-results {output} RESULTS.csv` records their results")
         raise typer.Exit(ExitStatus.WAITING) from None
     except KeyboardInterrupt:
-        if options.record and StudyFolder(output).begun:
+        if options.record and StudyFolder(output).has_record:
             goes_on = f"`flexband resume {shlex.quote(str(output))}` goes on"
             Ending.stopped = f"flexband: stopped; {goes_on}"
         raise

@@ -150,7 +150,7 @@ def _runs(folder: StudyFolder, session: int | None) -> dict[str, Any]:
     inputs = arrays.read("inputs", failed)
     reasons = arrays.read("reason", failed)
 
-    def replaced(k: Any, row: np.ndarray) -> bool:
+    def has_successor(k: Any, row: np.ndarray) -> bool:
         return any(parts_of(settings[k]) < done_parts for done_parts in done.get(row.tobytes(), []))
 
     first = len(arrays.sessions) - 1 if session is None else session
@@ -159,7 +159,7 @@ def _runs(folder: StudyFolder, session: int | None) -> dict[str, Any]:
         "made": int(((sessions >= first) & (status != RunStatus.LOST)).sum()),
         "failures": [
             {"run": int(k), "inputs": dict(zip(names, row.tolist(), strict=True)),
-             "setting": settings[k], "reason": reason, "replaced": replaced(k, row)}
+             "setting": settings[k], "reason": reason, "replaced": has_successor(k, row)}
             for k, row, reason in zip(failed, inputs, reasons, strict=True)
         ],
     }  # fmt: skip

@@ -37,13 +37,13 @@ def progress_bars() -> Iterator[Callable[[str], Progress]]:
             else:
                 console.print(message, soft_wrap=True)
 
-    def begun(task: _Lines | _Bar) -> _Lines | _Bar:
+    def add_task(task: _Lines | _Bar) -> _Lines | _Bar:
         tasks.append(task)
         return task
 
     with add_listener(LastTask()):
         if not live:
-            yield lambda name: begun(_Lines(name, console))
+            yield lambda name: add_task(_Lines(name, console))
             return
         texts = [
             rp.TextColumn(f"{{task.{column}}}", markup=False)
@@ -51,7 +51,7 @@ def progress_bars() -> Iterator[Callable[[str], Progress]]:
         ]
         times = rp.TimeElapsedColumn(), rp.TimeRemainingColumn()
         with rp.Progress(texts[0], rp.BarColumn(), texts[1], *times, console=console) as bars:
-            yield lambda name: begun(_Bar(name, bars))
+            yield lambda name: add_task(_Bar(name, bars))
 
 
 @contextmanager
@@ -85,8 +85,8 @@ def progress_bar(name: str = "runs") -> Iterator[Progress]:
         yield task(name)
 
 
-def _told(done: int, total: int, *, with_limit: bool = False) -> str:
-    """Return how many runs are done, and of how many, or at most per discretization."""
+def _count_text(done: int, total: int, *, with_limit: bool = False) -> str:
+    """Return the number of runs done as text, and of how many, or at most per discretization."""
     budget = Budget.from_total(total)
     if budget.per_level:
         limit = f", at most {budget.per_level} with the same step and elements"
@@ -105,21 +105,21 @@ class _Bar(ProgressListener):
 
     def __call__(self, done: int, total: int) -> None:
         bar_total = None if Budget.from_total(total).per_level else total
-        self.text = _told(done, total)
+        self.text = _count_text(done, total)
         if done >= total and total is bar_total:
             self.now = ""
-        self.bars.update(self.task, completed=done, total=bar_total, told=self._told())
+        self.bars.update(self.task, completed=done, total=bar_total, told=self._status_text())
 
     def stage(self, name: str) -> None:
         self.now = printable(name).partition(" (")[
             0
         ]  # a bar has little room, and a line has told the rest
-        self.bars.update(self.task, told=self._told())
+        self.bars.update(self.task, told=self._status_text())
 
     def warn(self, message: str) -> None:
         self.bars.console.print(message, soft_wrap=True)
 
-    def _told(self) -> str:
+    def _status_text(self) -> str:
         return ": ".join(filter(None, (self.text, self.now)))
 
 
@@ -142,8 +142,8 @@ class _Lines(ProgressListener):
         if self.measured is None and done > self.first:
             self.measured = now, done
         ended = done >= total and Budget.from_total(total).exact
-        text = _told(done, total, with_limit=not done) + (
-            "" if ended else self.left(now, done, total) + self.now
+        text = _count_text(done, total, with_limit=not done) + (
+            "" if ended else self.time_left(now, done, total) + self.now
         )
         if text != self.text and (ended or now >= self.printed + PERIOD):
             self.printed = now
@@ -156,8 +156,8 @@ class _Lines(ProgressListener):
     def warn(self, message: str) -> None:
         self.console.print(f"{self.name}: {message}", soft_wrap=True)
 
-    def left(self, now: float, done: int, total: int) -> str:
-        """Return the time left in words, once it is known from more than the first batch."""
+    def time_left(self, now: float, done: int, total: int) -> str:
+        """Return the time left as text, once it is known from more than the first batch."""
         # Time [s] after the first batch, which may compile, from which on the time left is told
         measured = 5.0
         begin, before = self.measured or (now, done)

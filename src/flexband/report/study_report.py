@@ -30,7 +30,7 @@ def report_study(study: Study, result: StudyResult, title: str, file: Path | Non
 
     page.json beside it has what it shows of the study's code, to write it again without that.
     """
-    folder, signed = result.folder, StudyFolder(result.folder).signed
+    folder, checksums = result.folder, StudyFolder(result.folder).checksums
     _write_path(result)
     block = title_block(study.title_block, file)
     page_record = {
@@ -43,7 +43,7 @@ def report_study(study: Study, result: StudyResult, title: str, file: Path | Non
         **given_by(study, _inputs(study, result), result.surrogate, file,
                    seconds=result.seconds_per_run),
         **head_of(result),
-        "signed": signed([folder / name for name in result.result_files]),
+        "signed": checksums([folder / name for name in result.result_files]),
     }  # fmt: skip
     try_write(lambda: write_given(folder, page_record))
     page = write_report(

@@ -334,8 +334,8 @@ def Limit(  # noqa: N802
 Requirements = Requirement | Sequence[Requirement]
 
 
-def several(requirements: Requirements, name: str = "limits") -> tuple[Requirement, ...]:
-    """Return a requirement, or several, as a tuple; raise `InputError` if they are none."""
+def requirement_tuple(requirements: Requirements, name: str = "limits") -> tuple[Requirement, ...]:
+    """Return the tuple of one requirement, or of several; raise `InputError` if they are none."""
     sequence = [requirements] if isinstance(requirements, Requirement) else requirements
     is_sequence = isinstance(sequence, Sequence)
     if not is_sequence or not all(isinstance(requirement, Requirement) for requirement in sequence):
@@ -347,7 +347,7 @@ def several(requirements: Requirements, name: str = "limits") -> tuple[Requireme
 def by_name(requirements: Requirements) -> dict[str, Requirement]:
     """Return requirements by their words; raise `InputError` if there is none."""
     requirement_by_name: dict[str, Requirement] = {}
-    for requirement in (sequence := several(requirements)):
+    for requirement in (sequence := requirement_tuple(requirements)):
         name = str(requirement)
         count = 2
         while name in requirement_by_name:

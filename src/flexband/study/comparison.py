@@ -113,11 +113,11 @@ def compare(
         if callback is not None:
             check_function(name, callback)
     # Methods that can be afforded, on one discretization for all; compile before any is timed.
-    study = study.located()
+    study = study.with_domains()
     space = Space(first_case(study.inputs))
     count = len(cases(study.inputs))
     check_runs(reference, space, count=count)
-    reference, *methods = (_uncorrected(method) for method in (reference, *methods))
+    reference, *methods = (_without_correction(method) for method in (reference, *methods))
     methods = [method for method in methods if _affordable(method, space, count)]
     study = with_discretization(study)
     warm_up(study, (reference, *methods))
@@ -127,7 +127,7 @@ def compare(
         report = progress(method) if progress else None
         begin = time.perf_counter()
         with without_warnings(ToleranceWarning):  # errors are compared, that of the step is common
-            bands = study.using(method).run(progress=report)
+            bands = study.with_method(method).run(progress=report)
         seconds = time.perf_counter() - begin
         variables = ("mean", "error_bar") if results else ()
         errors = {v: relative_error(bands[v], results[0].bands[v]) for v in variables}
@@ -151,7 +151,7 @@ def usual_methods(
     methods += [PhaseResolvedPCCI(*orders[0]), AdaptivePCCI(correct=False)]
     methods += [RegressionPCCI(p) for p in dict.fromkeys(max(pair) for pair in orders)]
     methods += [PerturbationChebyshev(q) for q in dict.fromkeys(q for _, q in orders)]
-    if Space(first_case(study.located().inputs)).random_dimension:
+    if Space(first_case(study.with_domains().inputs)).random_dimension:
         fewer = max(2, reference.samples // 4)
         kinds = (LHSScanning, SobolScanning, MonteCarlo)
         methods += [
@@ -162,7 +162,7 @@ def usual_methods(
     return methods
 
 
-def _uncorrected(method: Method) -> Method:
+def _without_correction(method: Method) -> Method:
     if isinstance(method, ExpansionMethod) and is_dataclass(method) and method.correct:
         return replace(method, correct=False)
     return method
@@ -186,7 +186,7 @@ def warm_up(study: Study, methods: Iterable[Method]) -> None:
     compiled code that finds bounds.
     """
     study.nominal()
-    space = Space(first_case(study.located().inputs))
+    space = Space(first_case(study.with_domains().inputs))
     expanding = [method for method in methods if as_method(method).expands]
     fewest = sorted(expanding, key=lambda method: method.runs(space), reverse=True)
     for method in {type(method): method for method in fewest}.values():

@@ -14,7 +14,7 @@ from flexband.basics.progress import Progress
 from flexband.basics.response import Response, ResponseFunction, as_response
 from flexband.errors import InputError
 from flexband.requirements.criteria import Probability, ShareOfParts
-from flexband.requirements.requirement import Requirement, Requirements, several
+from flexband.requirements.requirement import Requirement, Requirements, requirement_tuple
 from flexband.requirements.scatter import Scatter, ScatteringTolerances
 from flexband.study.presentation.display import Display, names_of_inputs
 from flexband.study.presentation.title_block import checked_title_block
@@ -60,7 +60,9 @@ class StudyDefinition:
         field_values = {
             "inputs": Fixed(self.inputs),
             "sigmas": checked_sigmas(self.sigmas),
-            "requirements": tuple(dict.fromkeys(several(self.requirements, "requirements"))),
+            "requirements": tuple(
+                dict.fromkeys(requirement_tuple(self.requirements, "requirements"))
+            ),
             "scatter": Fixed(self.scatter),
             "units": Fixed(display.units),
             "display_units": Fixed(display.display_units),
@@ -75,7 +77,7 @@ class StudyDefinition:
     @property
     def limits(self) -> tuple[Requirement, ...]:
         """The requirements, by another name."""
-        return several(self.requirements)
+        return requirement_tuple(self.requirements)
 
     @property
     def display(self) -> Display:
@@ -145,14 +147,14 @@ class StudyDefinition:
     def _check_requirements(self, labels: xr.DataArray) -> None:
         """Raise `InputError` if a requirement or a display unit does not fit the outputs."""
         self.display.check_fits(labels, names_of_inputs(self.inputs))
-        for requirement in several(self.requirements):
+        for requirement in requirement_tuple(self.requirements):
             requirement.check_fits(labels)
 
-    def using(self, method: Method) -> Self:
+    def with_method(self, method: Method) -> Self:
         """Return the same study with another method."""
         return replace(self, method=method)
 
-    def located(self) -> Self:
+    def with_domains(self) -> Self:
         """Return the same study with the domains of all fields set."""
         return replace(self, inputs=locate_fields(self.response, self.inputs)[0])
 
@@ -162,7 +164,7 @@ class StudyDefinition:
         That is the midpoint of an interval, and the mean of a random input; of a `LogNormal`, and
         of distributions with heavy tails, the median.
         """
-        space = Space(first_case(self.located().inputs))
+        space = Space(first_case(self.with_domains().inputs))
         nominal = space.nominal()
         evaluation = Evaluations()(self.response, space, "", nominal, None, lambda *_: None)
         assert evaluation.values is not None
@@ -170,12 +172,12 @@ class StudyDefinition:
 
     def fields(self) -> dict[str, Field]:
         """Return the fields among the inputs, with their domains set."""
-        return {k: i for k, i in self.located().inputs.items() if isinstance(i, Field)}
+        return {k: i for k, i in self.with_domains().inputs.items() if isinstance(i, Field)}
 
 
 def _check_criteria(study: StudyDefinition) -> None:
     """Raise `InputError` if a criterion needs random inputs, or a scatter, that a study has not."""
-    for requirement in several(study.requirements):
+    for requirement in requirement_tuple(study.requirements):
         criterion = requirement.criterion
         label = requirement.label
         if isinstance(criterion, ShareOfParts) and not study.scatter:

@@ -52,9 +52,9 @@ class StudyFolder:
         return self.path / FileName.RUNS
 
     @property
-    def recorded(self) -> bool:
-        """Whether there are runs, or study.json."""
-        return self.runs.exists() or self.begun
+    def has_runs_or_record(self) -> bool:
+        """Whether the folder has recorded runs, or study.json."""
+        return self.runs.exists() or self.has_record
 
     def has_only_failures_of_others(self, response: str) -> bool:
         """Return whether no run succeeded here, and the response had another fingerprint.
@@ -104,8 +104,8 @@ class StudyFolder:
         return content
 
     @property
-    def begun(self) -> bool:
-        """Whether there is study.json."""
+    def has_record(self) -> bool:
+        """Whether the folder has study.json."""
         return (self.path / FileName.STUDY).exists()
 
     def forget(self) -> None:
@@ -118,8 +118,8 @@ class StudyFolder:
             partial.write_text(text, encoding="utf-8")
 
     @contextmanager
-    def held(self, *, keep_lock: bool = True) -> Iterator[None]:
-        """Hold the folder, which is made if it is missing.
+    def hold_lock(self, *, keep_lock: bool = True) -> Iterator[None]:
+        """Hold the lock of the folder, which is made if it is missing.
 
         Raise `StoreError` if another process holds it; `keep_lock` is whether its file stays.
         """
@@ -131,7 +131,7 @@ class StudyFolder:
         try:
             yield
         finally:
-            if not keep_lock and not self.begun:
+            if not keep_lock and not self.has_record:
                 (self.path / FileName.STUDY_LOCK).unlink(missing_ok=True)
                 (self.path / FileName.HOLDER).unlink(missing_ok=True)
             lock.release()
@@ -142,10 +142,10 @@ class StudyFolder:
             is_locked(self.path / name) for name in (FileName.STUDY_LOCK, FileName.STORE_LOCK)
         )
 
-    def claimed(
+    def prepare_claim(
         self, file: str, response: ResponseFunction, *, replace: bool, allow_mismatch: bool
     ) -> Callable[[], bool]:
-        """Refuse to have the folder for a study, or return what claims it once its store is open.
+        """Return a function that claims the folder for a study, once its store is open.
 
         The file is that of the study, or empty if a program runs it. With `replace`, runs that are
         there are deleted; with `allow_mismatch`, those of another study are used. Raise
@@ -153,7 +153,7 @@ class StudyFolder:
         """
         from flexband.execution.fingerprint import fingerprint  # noqa: PLC0415
 
-        if replace and self.recorded:
+        if replace and self.has_runs_or_record:
             listener().warn(f"The runs in {self.runs} are deleted.")
             self.delete_runs()
         claimant = file, fingerprint(response)
@@ -171,13 +171,17 @@ class StudyFolder:
         `replace`, results of another study may be replaced, but not those of its runs; with
         `allow_mismatch`, its runs are used. Otherwise raise `StoreError` if there are any.
         """
-        before = self._claimed()
+        before = self._read_claim()
         claim = {"file": file, "response": response}
         same = not before or any(
             value and before.get(name) == value for name, value in claim.items()
         )
-        if not same and not (allow_mismatch if self.recorded else replace):
-            other = "`flexband run --replace` deletes its runs" if self.recorded else "--replace"
+        if not same and not (allow_mismatch if self.has_runs_or_record else replace):
+            other = (
+                "`flexband run --replace` deletes its runs"
+                if self.has_runs_or_record
+                else "--replace"
+            )
             raise StoreError(
                 f"{self.path} has results of another study, {before.get('file')}. Take another "
                 f"folder (--output), or replace them: {other}"
@@ -186,12 +190,12 @@ class StudyFolder:
     def claim(self, file: str, response: str) -> None:
         """Have the folder for the results of the study in a file, which `check_claim` allows."""
         claim = {"file": file, "response": response}
-        if self._claimed() != claim:
+        if self._read_claim() != claim:
             with replace_file(self.path / FileName.OWNER) as partial:
                 partial.write_text(json.dumps(claim), encoding="utf-8")
 
-    def _claimed(self) -> dict[str, str | None]:
-        """Return whose results are here; nothing if there are none."""
+    def _read_claim(self) -> dict[str, str | None]:
+        """Return whose results the folder has; nothing if it has none."""
         with suppress(OSError, ValueError, TypeError):
             return dict(json.loads(read_unlinked(self.path / FileName.OWNER)))
         with suppress(StoreError):
@@ -211,14 +215,14 @@ class StudyFolder:
             elif folder.exists():
                 shutil.rmtree(folder)
 
-    def signed(self, files: Sequence[Path]) -> dict[str, int]:
+    def checksums(self, files: Sequence[Path]) -> dict[str, int]:
         """Return the checksums of files in this folder."""
         return {file.name: google_crc32c.value(read_unlinked(file)) for file in files}
 
     def has(self, signed: Mapping[str, int]) -> bool:
         """Return whether all files are as they were when they were signed."""
         try:
-            return self.signed([self.path / name for name in signed]) == signed
+            return self.checksums([self.path / name for name in signed]) == signed
         except OSError:
             return False
 

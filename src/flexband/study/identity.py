@@ -11,7 +11,7 @@ import numpy as np
 from flexband.basics.computation import NUMBERING, source_hash
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.store import versions
-from flexband.requirements.requirement import several
+from flexband.requirements.requirement import requirement_tuple
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.inputs.unfolding import first_case, in_words
@@ -27,7 +27,7 @@ def identity(study: StudyDefinition, *options: object) -> str:
     """Return a hash of a study and of further options that change its result."""
     inputs = study.inputs
     texts = re.sub(r" at 0x[0-9a-fA-F]+", "", f"{in_words(inputs)} {study.method!r}")
-    requirements = several(study.requirements)
+    requirements = requirement_tuple(study.requirements)
     limits = tuple(map(str, requirements))
     limits += tuple(repr(requirement.criterion) for requirement in requirements)
     settings = (

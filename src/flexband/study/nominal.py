@@ -18,7 +18,7 @@ from flexband.errors import InputError
 from flexband.execution.names import FileName
 from flexband.execution.store import open_runs
 from flexband.requirements.corridors import at_more_times
-from flexband.requirements.requirement import Requirement, Requirements, several
+from flexband.requirements.requirement import Requirement, Requirements, requirement_tuple
 from flexband.study.presentation.display import Display
 from flexband.study.results.netcdf import read_netcdf, write_netcdf
 from flexband.study.start_vibrations import attributes, start_vibrations
@@ -39,7 +39,7 @@ def write_nominal(
 
     `options` are those of the runs, such as store and executor.
     """
-    if not any(requirement.needs_nominal for requirement in several(study.requirements)):
+    if not any(requirement.needs_nominal for requirement in requirement_tuple(study.requirements)):
         return 0
     cases = surrogates_of(surrogate)
     values = []
@@ -86,7 +86,7 @@ def around_nominal(
 
     Raise `InputError` if one needs it, and it is not there.
     """
-    requirements = display.requirements(several(limits), labels_of(surrogate))
+    requirements = display.requirements(requirement_tuple(limits), labels_of(surrogate))
     if not any(requirement.needs_nominal for requirement in requirements):
         return requirements
     try:
@@ -142,7 +142,7 @@ def with_runs(
             )
             if set(values) != set(tolerances.inputs):  # those of interval fields
                 continue
-            _, eta = tolerances.standardized(values)
+            _, eta = tolerances.standardize(values)
             points = np.zeros((1, case.space.random_dimension)), np.reshape(eta, (1, -1))
             made = runs_of(case, label, lambda *_: None)(points)
             assert made.values is not None

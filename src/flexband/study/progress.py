@@ -71,8 +71,8 @@ class StudyProgress(ProgressListener):
         self.opened = False
 
     @contextmanager
-    def recorded(self, claim: Callable[[], bool]) -> Iterator[None]:
-        """Write study.json while the study runs, and why it has ended if it fails.
+    def record_study(self, claim: Callable[[], bool]) -> Iterator[None]:
+        """Write study.json while the study runs, and why it ended if it fails.
 
         The folder is claimed once the store has been opened, which until then may refuse the study.
         """
@@ -81,7 +81,7 @@ class StudyProgress(ProgressListener):
             claim()
         # Whoever finds a new store can go on, but a study.json that is there stays until the store
         # accepts this study.
-        self.first = self.store is not None and not self.folder.begun
+        self.first = self.store is not None and not self.folder.has_record
         if self.first:
             self.write("running")
         try:
@@ -117,8 +117,8 @@ class StudyProgress(ProgressListener):
         warn(text)
 
     @property
-    def elapsed(self) -> float:
-        """Time [s] since the study began."""
+    def wall_time(self) -> float:
+        """Wall time [s] since the study began."""
         return time.monotonic() - self.begin
 
     @property
@@ -188,7 +188,7 @@ class StudyProgress(ProgressListener):
 
     def write(self, state: str, **entries: Any) -> None:
         """Write study.json; warn once if that fails: the study goes on."""
-        self.about |= {"state": state, "elapsed": self.elapsed, **entries}
+        self.about |= {"state": state, "elapsed": self.wall_time, **entries}
         if state != "running":
             self.about.pop("now", None)
         try:

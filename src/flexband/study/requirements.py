@@ -127,7 +127,7 @@ def checked_requirements(
     study = progress.study
     folder = progress.folder.path
 
-    def unchecked(why: str) -> tuple[None, tuple[RequirementVerdict, ...]]:
+    def skip_checks(why: str) -> tuple[None, tuple[RequirementVerdict, ...]]:
         return None, tuple(
             RequirementVerdict.not_checked(requirement, why) for requirement in study.limits
         )
@@ -135,7 +135,7 @@ def checked_requirements(
     if not study.requirements:
         return None, ()
     if surrogate is None:
-        return unchecked("the method expands no response")
+        return skip_checks("the method expands no response")
     from flexband.analysis.parts.distribution import yield_of  # noqa: PLC0415
     from flexband.study.results.limits import check_limits_in  # noqa: PLC0415
 
@@ -168,8 +168,8 @@ def checked_requirements(
             judge=judge,
         )
     except InputError as error:  # the bands are there
-        return unchecked(str(error))
+        return skip_checks(str(error))
     except Exception as error:  # whatever a response raises, or a disk that is full
         progress.failures.append("requirements")
-        return unchecked(error_text(error))
+        return skip_checks(error_text(error))
     return check, ()

@@ -72,7 +72,7 @@ class RunOptions:
         """How runs are made, as arguments of `expand`, `verify` and others."""
         return {"batch": self.batch, "executor": self.executor, "failed": self.failed}
 
-    def verifying(self, study: StudyDefinition) -> int:
+    def verification_count(self, study: StudyDefinition) -> int:
         """Return the number of runs that verify the result of a study.
 
         Raise `InputError` if there are to be some, but the method makes no surrogate.
@@ -124,8 +124,8 @@ def run_study(
     check_instance("options", options, RunOptions)
     home = StudyFolder(Path(folder))
     about = dict(about or {})
-    with home.held(keep_lock=options.record):
-        claim = home.claimed(
+    with home.hold_lock(keep_lock=options.record):
+        claim = home.prepare_claim(
             str(about.get("file") or ""),
             study.response,
             replace=options.replace,
@@ -134,17 +134,17 @@ def run_study(
         # A result of the same study is read; otherwise, recorded runs are reused.
         store = Store(home.path, allow_mismatch=options.allow_mismatch) if options.record else None
         if store is not None:
-            about["identity"] = identity(study, options.verifying(study), options.failed)
+            about["identity"] = identity(study, options.verification_count(study), options.failed)
             if options.retry_failed:
                 forget_failed(study.response, study.inputs, store)
             elif result := finished_result(home, about["identity"]):
                 return result
         progress = StudyProgress(study, home, store, about, task)
-        with progress.recorded(claim):
+        with progress.record_study(claim):
             compile_ahead(study)
             # Make the runs: those of the method, and those that verify it.
             files = ResultFiles(home)
-            verifying = options.verifying(study)
+            verifying = options.verification_count(study)
             surrogate, bands = write_bands(progress, files, verifying, **options.execution)
             surrogate, bands = write_verification(
                 progress,
@@ -156,7 +156,7 @@ def run_study(
                 failed=options.failed,
             )
             verification = None if surrogate is None else surrogate.verification
-            seconds = progress.elapsed / (runs_of(bands) + verifying)
+            seconds = progress.wall_time / (runs_of(bands) + verifying)
             # Answer from them, and judge the requirements.
             listener().stage("the answers")
             shares = write_contributions(progress, surrogate, files)

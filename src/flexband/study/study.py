@@ -13,7 +13,7 @@ from flexband.basics.arguments import Fixed, arguments_checked
 from flexband.basics.progress import Progress
 from flexband.basics.response import ResponseFunction
 from flexband.errors import InputError
-from flexband.requirements.requirement import Requirements, several
+from flexband.requirements.requirement import Requirements, requirement_tuple
 from flexband.requirements.scatter import Scatter
 from flexband.study.definition import StudyDefinition
 from flexband.uncertainty.methods.method import Method
@@ -75,7 +75,10 @@ class Study(StudyDefinition):
             inputs=inputs,
             method=method,
             sigmas=sigmas,
-            requirements=(*several(limits), *several(requirements, "requirements")),
+            requirements=(
+                *requirement_tuple(limits),
+                *requirement_tuple(requirements, "requirements"),
+            ),
             units=units,
             scatter=scatter,
             display_units=display_units,

@@ -257,11 +257,11 @@ def test_a_discrepancy_with_a_kink_is_known_where_runs_are():
     x = np.linspace(-3, 3, 25)[:, None]
     places = np.linspace(-2.9, 2.9, 200)[:, None]
     kink = DiscrepancyModel(x, np.abs(x[:, 0]))
-    errors = np.abs(kink.expected(places) - np.abs(places[:, 0]))
+    errors = np.abs(kink.predict(places) - np.abs(places[:, 0]))
     assert errors.max() < 0.15
     assert errors.mean() < 0.02
     assert np.mean(errors <= 2 * kink.scatter(places)) > 0.95
     quadratic = DiscrepancyModel(x, x[:, 0] ** 2 - 1)
     remote_point = np.array([[5.0]])
-    assert abs(quadratic.expected(remote_point)[0] - 24.0) < 1e-2
+    assert abs(quadratic.predict(remote_point)[0] - 24.0) < 1e-2
     assert quadratic.scatter(remote_point)[0] < 0.1

@@ -354,7 +354,7 @@ def test_what_no_tolerance_reaches_is_told_once(folder):
 def test_answers_of_a_study_that_is_running_are_remarked(folder, tmp_path):
     out = tmp_path / "out"
     shutil.copytree(folder, out)
-    with StudyFolder(out).held():
+    with StudyFolder(out).hold_lock():
         result = run("contributions", out)
         assert result.exit_code == 0
         assert "is running; this answer is from its surrogate.npz of 2" in result.output

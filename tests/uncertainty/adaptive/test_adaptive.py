@@ -70,8 +70,8 @@ def test_sizes_of_products_are_foreseen():
     decay = np.array([0.5, 0.1])
     sizes = np.prod(decay**index, axis=1)[None]
     term_sizes = TermSizes(index, sizes)
-    assert term_sizes.expected((3, 0)) == pytest.approx(0.125)
-    assert term_sizes.expected((2, 1)) == pytest.approx(0.025)
+    assert term_sizes.estimate_size((3, 0)) == pytest.approx(0.125)
+    assert term_sizes.estimate_size((2, 1)) == pytest.approx(0.025)
     new_terms = term_sizes.next_terms(3, np.full(2, 9))
     np.testing.assert_array_equal(new_terms, [[3, 0], [4, 0], [5, 0]])
     assert term_sizes.total(new_terms) == pytest.approx([0.125 + 0.0625 + 0.03125])

@@ -153,9 +153,9 @@ def test_runs_follow_the_surrogate_before_its_correction(shifted):
     eta = np.array([[0.5], [-0.2]])
     run = StepError(off_by_a_third)(x=xi[:, 0], e=eta[:, 0])
     exact = StepError(off_by_a_third, 0.0)(x=xi[:, 0], e=eta[:, 0])
-    np.testing.assert_allclose(shifted.uncorrected.standard(xi, eta), run, atol=1e-9)
+    np.testing.assert_allclose(shifted.without_correction.standard(xi, eta), run, atol=1e-9)
     np.testing.assert_allclose(shifted.standard(xi, eta), exact, atol=1e-9)
-    np.testing.assert_allclose(shifted.corrected(run.values, xi, eta), exact, atol=1e-9)
+    np.testing.assert_allclose(shifted.apply_correction(run.values, xi, eta), exact, atol=1e-9)
 
 
 @pytest.fixture(scope="module")
@@ -180,7 +180,7 @@ def test_probabilities_are_those_of_the_converged_response(shifted, response, pr
 
 
 def test_probabilities_of_the_runs_are_others(shifted, probability):
-    assert largest_probability(shifted.uncorrected) > 2 * probability
+    assert largest_probability(shifted.without_correction) > 2 * probability
 
 
 def test_allocated_tolerances_are_those_of_the_converged_response(shifted, converged):
@@ -201,7 +201,7 @@ def test_parts_of_a_surrogate_and_files_have_its_correction(shifted, tmp_path):
     part = select_places(narrow, {"time": [0.0, 0.5, 1.0]})
     for surrogate, middle in ((copy, 0.0), (narrow, 0.25), (part, 0.25)):
         at = np.zeros((1, 1)), np.zeros((1, 1))
-        change = surrogate.standard(*at) - surrogate.uncorrected.standard(*at)
+        change = surrogate.standard(*at) - surrogate.without_correction.standard(*at)
         np.testing.assert_allclose(change, -0.8 * (1 + 0.1 * middle), atol=1e-9)
 
 

@@ -47,7 +47,7 @@ def test_rows_and_times(seed, row_set, thinned):
         interpolation.evaluate(*where), expected.evaluate(*where), atol=1e-11
     )
     np.testing.assert_allclose(
-        interpolation.formed().coefficients, expected.coefficients, atol=1e-11
+        interpolation.to_hybrid().coefficients, expected.coefficients, atol=1e-11
     )
     assert interpolation.orders == expected.orders
 
@@ -90,8 +90,8 @@ def test_runs_grow(batches, budget):
         (fit_numbers if is_fitted else check_numbers).extend(new.xi[:, 0])
     assert runs.count == len(fit_numbers) + len(check_numbers)
     for part, expected in (
-        (runs.fitted, fit_numbers),
-        (runs.held, check_numbers),
+        (runs.design_runs, fit_numbers),
+        (runs.holdout, check_numbers),
         (runs.all, fit_numbers + check_numbers),
     ):
         assert part.xi[:, 0].tolist() == expected

@@ -291,7 +291,9 @@ BOX = fb.Interval(2.0, 2.4)
 def test_every_parameter_may_be_an_interval(distribution, tmp_path):
     ends = ((box.lower, box.upper) for box in distribution.intervals.values())
     means = [
-        distribution.replaced(dict(zip(distribution.intervals, corner, strict=True))).frozen.mean()
+        distribution.with_parameters(
+            dict(zip(distribution.intervals, corner, strict=True))
+        ).frozen.mean()
         for corner in product(*ends)
     ]
     surrogate = fb.expand(lambda x: x, {"x": distribution}, fb.PCCI(5, 5))

@@ -123,7 +123,7 @@ def test_what_compares_runs_with_the_surrogate_corrects_them_as_well(method, tmp
     assert verification.attrs["confirmed"] == "yes"
     assert float(verification["missed"].max()) < 1e-6
     at = np.array([[0.3]]), np.array([[0.5]])
-    change = surrogate.standard(*at) - surrogate.uncorrected.standard(*at)
+    change = surrogate.standard(*at) - surrogate.without_correction.standard(*at)
     np.testing.assert_allclose(change, -0.8 * 1.05, atol=1e-9)
     fb.save_surrogate(surrogate, tmp_path / "s.npz")
     xr.testing.assert_identical(fb.load_surrogate(tmp_path / "s.npz").bands(), surrogate.bands())

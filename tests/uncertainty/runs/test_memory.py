@@ -5,7 +5,7 @@ import pytest
 
 import flexband as fb
 from benchmarks.memory.study_memory import announced_and_peak, inputs_of
-from flexband.uncertainty.expansions.hybrid import transformed
+from flexband.uncertainty.expansions.hybrid import transform_tensor
 
 MOST = 1 / 1.2
 LEAST = 2.0
@@ -42,5 +42,5 @@ def test_factors_of_a_tensor_product_are_applied_in_place_but_for_the_first():
     values = rng.standard_normal((72, 5))
     before = values.copy()
     product = np.kron(np.kron(np.kron(*matrices[:2]), matrices[2]), matrices[3])
-    np.testing.assert_allclose(transformed(values, matrices), product @ values, atol=1e-12)
+    np.testing.assert_allclose(transform_tensor(values, matrices), product @ values, atol=1e-12)
     np.testing.assert_array_equal(values, before)

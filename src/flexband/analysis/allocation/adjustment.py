@@ -72,10 +72,10 @@ def bars_of(expansions: Sequence[Expansion], eta: np.ndarray, sigmas: float) -> 
     return np.concatenate(bars, axis=2)
 
 
-def limited(
+def series_with_limits(
     surrogate: Surrogate, corridor: Corridor
 ) -> tuple[list[Expansion], np.ndarray, np.ndarray]:
-    """Return what is limited: expansions, the numbers of their series in the response, and limits.
+    """Select the series that have limits: expansions, their numbers in the response, and limits.
 
     Outputs that have any are expanded at all times at which one of them is limited, and the times
     `BESIDE` them. The numbers have the shape (series,), the lower and upper limits (2, series).
@@ -122,13 +122,13 @@ class Adjusted:
         else:
             points, beside = scatter_points(options.max_vertices, np.ones(len(others), bool))
 
-        def placed(places: np.ndarray) -> np.ndarray:
+        def embed_places(places: np.ndarray) -> np.ndarray:
             eta = np.zeros((len(places), self.m))
             eta[:, others] = places
             return eta
 
         def margin(places: np.ndarray, _: np.ndarray) -> np.ndarray:
-            return self.best(placed(places))[0]
+            return self.best(embed_places(places))[0]
 
         # Scan the other inputs, and descend from the places where margins are smallest.
         values = margin(points, points)
@@ -136,7 +136,7 @@ class Adjusted:
         which = np.zeros(len(starts), int)
         gain = np.full(len(starts), options.tolerance)
         _, minima = descend(margin, which, points[starts], values[starts], gain)
-        _, eta = self.best(placed(np.concatenate([points, minima])))
+        _, eta = self.best(embed_places(np.concatenate([points, minima])))
         # Take the smallest margin of each series and side over all these places.
         bars = self._bars(eta)
         margins = SIGNS[:, None] * (bars - self.bounds)
@@ -160,7 +160,7 @@ class Adjusted:
         while True:
             candidates = np.repeat(best[:, None], trials.shape[1], axis=1)
             candidates[..., columns] = trials
-            margins = self._least(candidates.reshape(-1, self.m)).reshape(len(eta), -1)
+            margins = self._least_margins(candidates.reshape(-1, self.m)).reshape(len(eta), -1)
             at = margins.argmax(axis=1)
             better = np.take_along_axis(margins, at[:, None], axis=1)[:, 0] > values
             rows = np.flatnonzero(better)
@@ -171,8 +171,8 @@ class Adjusted:
                 return values, best
             trials = np.clip(best[:, None, columns] + step * around, -1.0, 1.0)
 
-    def _least(self, eta: np.ndarray) -> np.ndarray:
-        """Return the least margin of all series in parts of the scale, (points,)."""
+    def _least_margins(self, eta: np.ndarray) -> np.ndarray:
+        """Return the least margin of all series at each η, in parts of the scale, (points,)."""
         block = max(1, self.options.margins_at_once // self.bounds.size)
         blocks = (self._bars(eta[k : k + block]) for k in range(0, len(eta), block))
         margins = (SIGNS[:, None] * (bars - self.bounds) / self.scale for bars in blocks)

@@ -94,10 +94,10 @@ class Chance:
         """Return the cheapest tolerances from x; raise `InputError` if none keep the limits."""
         (low, high), options = self.tolerances.bounds, self.options
         best: ExceedanceEstimate | None = None
-        now = self.left(x)
+        now = self.estimate_exceedance(x)
         recent_places: list[np.ndarray] = []
         for k in range(options.max_rounds):
-            now = self.left(x) if k else now
+            now = self.estimate_exceedance(x) if k else now
             is_feasible = now.estimate.confidence()[1] <= self.probability
             if is_feasible and (best is None or self._cost(x) < self._cost(best.x)):
                 saving = np.inf if best is None else self._cost(best.x) - self._cost(x)
@@ -119,7 +119,7 @@ class Chance:
                 if d > options.same_distance
             ]
             recent_places = [now.place, *distinct_places][: options.max_places]
-            x = self._searched(now, recent_places)
+            x = self._search_tolerances(now, recent_places)
         if best is None:
             text = f"{now.estimate.probability:.3g} with {self.tolerances.values(x)}"
             raise InputError(
@@ -128,8 +128,8 @@ class Chance:
             )
         return best
 
-    def left(self, x: np.ndarray) -> ExceedanceEstimate:
-        """Return how likely limits are left with some tolerances."""
+    def estimate_exceedance(self, x: np.ndarray) -> ExceedanceEstimate:
+        """Estimate the largest probability that limits are left with some tolerances."""
         rng = np.random.default_rng(0)
         state = self._narrow(x)
         space = self.surrogate.space
@@ -189,8 +189,10 @@ class Chance:
         _, error = error_of_runs(narrow)
         return LimitState.from_surrogate(narrow, self.corridors, error, np.random.default_rng(0))
 
-    def _searched(self, now: ExceedanceEstimate, places: Sequence[np.ndarray]) -> np.ndarray:
-        """Return the cheapest tolerances near some that keep the probability at places."""
+    def _search_tolerances(
+        self, now: ExceedanceEstimate, places: Sequence[np.ndarray]
+    ) -> np.ndarray:
+        """Search the cheapest tolerances nearby that keep the probability at places."""
         x = now.x
         state = self._narrow(now.x)
         rng = np.random.default_rng(0)
@@ -203,7 +205,7 @@ class Chance:
             if k:
                 subset = self.options.ends.importance.subset
                 n = now.rare_samples.u.shape[1]
-                rare_samples = rare(partial(state.least, eta=place), n, rng, options=subset)
+                rare_samples = rare(partial(state.least_margins, eta=place), n, rng, options=subset)
                 if not len(rare_samples.u):
                     continue
                 result = self._estimate(state, place, rare_samples, rng)
@@ -248,23 +250,25 @@ class Chance:
         def eta(at: np.ndarray) -> np.ndarray:
             return np.clip(tolerances.center(at) + tolerances.radius(at) * place, -1.0, 1.0)
 
-        def least(u: np.ndarray) -> np.ndarray:
-            return start.least(self._old(u, x), eta(x))
+        def least_margins(u: np.ndarray) -> np.ndarray:
+            return start.least_margins(self._old(u, x), eta(x))
 
-        usual = least(rng.standard_normal((count, rare_samples.u.shape[1]))).std()
+        usual = least_margins(rng.standard_normal((count, rare_samples.u.shape[1]))).std()
         width = options.ends.smoothing * max(float(usual), 1e-12)
-        mixture = mixture_around(least, rare_samples.u, rng, options=options.ends.importance)
+        mixture = mixture_around(
+            least_margins, rare_samples.u, rng, options=options.ends.importance
+        )
         u = mixture.sample(count, rng)
         weights = np.log(mixture.weights(u)) - np.log(count)
         shifts = (-options.trust, 0.0, options.trust)
         moving = [self._old(u, tolerances.tighter(x, by)) for by in shifts]
         eta_rows = np.tile(eta(x), (3 * count, 1))
         state = start.at(
-            start.deciding(np.concatenate(moving), eta_rows, options.ends.slack * usual)
+            start.decisive_times(np.concatenate(moving), eta_rows, options.ends.slack * usual)
         )
 
         def function(at: np.ndarray) -> float:
-            margins = state.least(self._old(u, at), eta(at))
+            margins = state.least_margins(self._old(u, at), eta(at))
             return float(np.logaddexp.reduce(weights + log_ndtr(-margins / width)))
 
         return function
@@ -284,6 +288,6 @@ class Chance:
         for name, k in space.columns(random=True).items():
             if name in stds:
                 old: Any = space.inputs[name]
-                new = old.replaced({"std": float(stds[name])})
+                new = old.with_parameters({"std": float(stds[name])})
                 normals[:, k] = old.to_normal(new.at_normal(u[:, k]))
         return normals

@@ -119,7 +119,7 @@ def confirm_tolerances(
         if (feasible and agree) or k == options.max_rounds - 1:
             break
         shift = new
-        allocated = search(worst.tightened(shift), allocated.watched, allocated.x)
+        allocated = search(worst.tighten_limits(shift), allocated.watched, allocated.x)
     changed = not np.allclose(allocated.x, first, rtol=1e-6, atol=0.0)
     return Confirmed(
         allocated, shift, run_margins, runs, bool(feasible), bool(np.any(inside)), changed

@@ -41,7 +41,7 @@ def cheapest_grades(
         scale = worst.scale[points.series]
         violated = points.select(worst.values(x[None], points)[0] < negative * scale)
         if not len(violated):
-            margins, places = worst.least(x)
+            margins, places = worst.least_margins(x)
             violated = worst.lowest(margins, places, negative)
             points = points.with_new(violated)
         if not len(violated):

@@ -30,7 +30,7 @@ def check_feasible(
         sizes = ", ".join(f"{k} {v:.6g}" for k, v in worst.tolerances.nominal(best).items())
         text += f" with any sizes that were tried, the best of which are {sizes}"
         surrogate, worst = _with_sizes(surrogate, worst, best, limits)
-    margins, _ = worst.least(worst.tolerances.bounds[0])
+    margins, _ = worst.least_margins(worst.tolerances.bounds[0])
     side, series = map(int, np.unravel_index(np.argmin(margins), margins.shape))
     violation = -margins[side, series]
     if violation <= 0:
@@ -61,19 +61,21 @@ def _reason(
     `together` has the inputs that are fixed together, by name.
     """
 
-    def violated(fix: set[str]) -> float:
-        """Return the violation with some inputs at their nominal values."""
+    def violation_at_nominal(fix: set[str]) -> float:
+        """Return the violation if some inputs have their nominal values."""
         return worst.violation([k for name in fix for k in together[name]], side, series)
 
-    nominal = violated(set(together))
+    nominal = violation_at_nominal(set(together))
     min_factor = 1.01  # factor by which a violation due to inputs is larger than the nominal one
     if violation <= min_factor * nominal:
         return "and so it is with all inputs at their nominal values"
     also = f"; {nominal:.4g} of it with all inputs at their nominal values" if nominal > 0 else ""
     costly = {name for name in together if name in worst.tolerances.costs}
-    residual = violated(costly)
+    residual = violation_at_nominal(costly)
     threshold = (min_factor - 1) * violation
-    parts = {name: residual - violated(costly | {name}) for name in together.keys() - costly}
+    parts = {
+        name: residual - violation_at_nominal(costly | {name}) for name in together.keys() - costly
+    }
     causes = [
         f"{k} ({v:.3g})" for k, v in sorted(parts.items(), key=lambda p: -p[1]) if v > threshold
     ]

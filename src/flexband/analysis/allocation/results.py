@@ -102,7 +102,7 @@ def result_of(
         "sigmas": worst.sigmas,
         "cost": float(cost.sum()),
         "runs": confirmation.runs,
-        "confirmed": _confirmed(confirmation).value,
+        "confirmed": _confirmation_state(confirmation).value,
     }
     moments = [moment(labels, int(worst.numbers[k])) for _, k in pairs]
     binding = [*map(str.__add__, names.tolist(), moments)]
@@ -295,7 +295,7 @@ def _least_between(
 def _outcome(worst: WorstCaseBounds, confirmation: Confirmed, binding: Sequence[str]) -> str:
     """Return what limits the tolerances, and whether runs confirm them, as sentences."""
     allocation = confirmation.allocated
-    status = _confirmed(confirmation)
+    status = _confirmation_state(confirmation)
     text = f"{'Binding' if allocation.binding else 'Nearest'}: {'; '.join(dict.fromkeys(binding))}"
     if status is TolerancesConfirmed.NOT_MADE:
         return text + NO_RUNS
@@ -318,7 +318,7 @@ def _outcome(worst: WorstCaseBounds, confirmation: Confirmed, binding: Sequence[
     return f"{text}. Checked by {_new(confirmation.runs)}{shift_text}"
 
 
-def _confirmed(confirmation: Confirmed) -> TolerancesConfirmed:
+def _confirmation_state(confirmation: Confirmed) -> TolerancesConfirmed:
     if not confirmation.runs:
         return TolerancesConfirmed.NOT_MADE
     if not confirmation.feasible:

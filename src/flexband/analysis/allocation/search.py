@@ -84,8 +84,8 @@ class Problem:
         return np.unique(keys, axis=0, return_inverse=True)[1].ravel()
 
     @property
-    def adjusted(self) -> np.ndarray:
-        """The compensators of all places, the last that are known, (places × compensators,)."""
+    def compensator_values(self) -> np.ndarray:
+        """The latest values of the compensators at all places, (places × compensators,)."""
         if not self.columns or not len(self.points):
             return np.zeros(0)
         compensators = np.zeros((self.owner.max() + 1, len(self.columns)))
@@ -96,7 +96,7 @@ class Problem:
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """The least and the largest values of all variables."""
         low, high = self.worst.tolerances.bounds
-        reach = np.ones(len(self.adjusted))
+        reach = np.ones(len(self.compensator_values))
         return np.concatenate([low, -reach]), np.concatenate([high, reach])
 
     def split(self, v: np.ndarray) -> tuple[np.ndarray, WatchedPlaces]:
@@ -149,17 +149,17 @@ def cheapest(
     """
     slack = options.slack
     tolerances = worst.tolerances
-    strict = worst.tightened(slack * worst.scale)
+    strict = worst.tighten_limits(slack * worst.scale)
     search = _Search(strict, options)
     first, other_starts = (x, []) if x is not None else search.starts()
-    room = strict.least(tolerances.tighter(first, np.inf))[0] / worst.scale
+    room = strict.least_margins(tolerances.tighter(first, np.inf))[0] / worst.scale
     watch_margin = options.watched_share * float(room.min())
-    x, points = (first, points) if x is None else search.solved(points, first)
+    x, points = (first, points) if x is None else search.solve(points, first)
     best = x
     lowest_cost = np.inf
     step = STEP
     for _ in range(options.max_rounds):
-        margins, places = strict.least(x)
+        margins, places = strict.least_margins(x)
         violated = np.any(margins < -0.5 * slack * worst.scale)
         before = len(points)
         if violated or not before:
@@ -169,7 +169,7 @@ def cheapest(
                 new_points = strict.at_places(x, new_points, threshold)
             points = points.with_new(new_points, list(tolerances.compensators.values()))
         if len(points) > before:
-            solution = search.solved(points, x)
+            solution = search.solve(points, x)
             # there may be sizes at which nothing keeps the margins
             if tolerances.sizes and search.rank(solution)[0]:
                 solution = search.best_of(points, [first, *other_starts])
@@ -218,13 +218,15 @@ class _Search:
             count = self.options.retries * self.options.random_starts
             other_starts = list(rng.uniform(np.maximum(low, -3.0), high, (count, len(high))))
         loosest = tolerances.looser(first)
-        room, margins = (worst.least(at)[0] for at in (tolerances.tighter(first, np.inf), loosest))
+        room, margins = (
+            worst.least_margins(at)[0] for at in (tolerances.tighter(first, np.inf), loosest)
+        )
         with np.errstate(invalid="ignore", divide="ignore"):
             part = np.where(margins < 0, room / (room - margins), 1.0).min()
         start = tolerances.tighter(loosest, -np.log(max(part, 1e-300)))
         return start, [start, *other_starts] if tolerances.sizes else other_starts
 
-    def solved(self, points: WatchedPlaces, x: np.ndarray) -> Solution:
+    def solve(self, points: WatchedPlaces, x: np.ndarray) -> Solution:
         """Return the cheapest tolerances that keep the margins at some points, and these adjusted.
 
         The search starts at tolerances that keep them, and so does what it returns, in any case.
@@ -237,8 +239,10 @@ class _Search:
         def cost(v: np.ndarray) -> float:
             return worst.tolerances.cost(v[:count]).sum()
 
-        start = np.concatenate([x, problem.adjusted])
-        first = np.concatenate([self.kept(problem.split(start)[1], x), problem.adjusted])
+        start = np.concatenate([x, problem.compensator_values])
+        first = np.concatenate(
+            [self.tighten_to_margins(problem.split(start)[1], x), problem.compensator_values]
+        )
         solution: Any = scipy.optimize.minimize(
             lambda v: cost(v) / reference,
             start if len(still) else first,
@@ -253,11 +257,13 @@ class _Search:
             options={"maxiter": 200, "ftol": 1e-12},
         )
         last, adjusted = problem.split(np.clip(solution.x, low, high))
-        return min((self.kept(adjusted, last), adjusted), problem.split(first), key=self.rank)
+        return min(
+            (self.tighten_to_margins(adjusted, last), adjusted), problem.split(first), key=self.rank
+        )
 
     def best_of(self, points: WatchedPlaces, starts: Sequence[np.ndarray]) -> Solution:
         """Return the best solution from several starts."""
-        return min((self.solved(points, start) for start in starts), key=self.rank)
+        return min((self.solve(points, start) for start in starts), key=self.rank)
 
     def rank(self, solution: Solution) -> tuple[bool, float]:
         """Return whether tolerances violate margins, which the least may do, and their cost."""
@@ -266,8 +272,8 @@ class _Search:
         negative = -2 * self.options.slack * self.worst.scale[points.series]
         return bool(np.any(margins < negative)), float(self.worst.tolerances.cost(x).sum())
 
-    def kept(self, points: WatchedPlaces, x: np.ndarray) -> np.ndarray:
-        """Return tolerances in the ratio of x, hardly tighter than need be, that keep margins."""
+    def tighten_to_margins(self, points: WatchedPlaces, x: np.ndarray) -> np.ndarray:
+        """Tighten tolerances x, in their ratio and no more than needed, until margins are kept."""
         worst = self.worst
         tolerances = self.worst.tolerances
         count = self.options.tried_ratios
@@ -301,12 +307,12 @@ def with_binding_places(
     options: AllocationOptions = AllocationOptions(),
 ) -> Allocated:
     """Return tolerances with what limits them."""
-    margins, places = worst.least(x)
+    margins, places = worst.least_margins(x)
     smallest_margin = (margins / worst.scale).min()
     binding = options.binding
     points = worst.lowest(margins, places, max(binding, smallest_margin + binding))
     problem = Problem(worst, points)
-    v = np.concatenate([x, problem.adjusted])
+    v = np.concatenate([x, problem.compensator_values])
     gradients = problem.derivatives(v)
     multipliers = np.full(len(points), 0.0 if with_multipliers else np.nan)
     if with_multipliers and smallest_margin < binding:

@@ -46,21 +46,21 @@ def starts(worst: WorstCaseBounds, *, options: SizeOptions = SizeOptions()) -> n
     count, (low, high) = len(tolerances.sizes), tolerances.bounds
     reach = high[-count:]
 
-    def lacking(places: np.ndarray, _: np.ndarray) -> np.ndarray:
+    def negative_looseness(places: np.ndarray, _: np.ndarray) -> np.ndarray:
         return -looseness(worst, reach * places, options)
 
     places = np.concatenate([np.zeros((1, count)), 2 * sobol(options.tried, count, 0) - 1])
-    values = lacking(places, np.arange(0))
+    values = negative_looseness(places, np.arange(0))
     order = np.argsort(values, kind="stable")
     best = order[: options.improved]
     all_places = places[order]
     all_values = values[order]
     which = np.zeros(len(best), int)
     gains = np.full(len(best), 1e-6)
-    values, places = descend(lacking, which, places[best], values[best], gains)
+    values, places = descend(negative_looseness, which, places[best], values[best], gains)
     if values.min() > 0 and not tolerances.compensators:  # no margins without any tolerance
         places[0] = _with_most_room(worst, places[values.argmin()], reach, options.step)
-        values[0] = lacking(places[:1], which[:1])[0]
+        values[0] = negative_looseness(places[:1], which[:1])[0]
     order = np.argsort(values, kind="stable")
     distances = [options.min_distance] * len(order)
     distances += [options.min_distance_of_others] * len(all_places)
@@ -132,7 +132,7 @@ def looseness(worst: WorstCaseBounds, sizes: np.ndarray, options: SizeOptions) -
     for first in range(0, len(sizes), block):
         eta = tolerances.center(_replace_sizes(high, sizes[first : first + block]))
         if tolerances.compensators:
-            eta = worst.adjusted(worst.expansions).best(eta)[1]
+            eta = worst.with_compensators(worst.expansions).best(eta)[1]
         bars = worst.bars_at(eta, low)
         margins = worst.margins(bars)
         loss = np.maximum(SIGNS[:, None] * (bars - worst.bars_at(eta, high)), 0.0)

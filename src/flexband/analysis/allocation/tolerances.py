@@ -120,7 +120,9 @@ class Tolerances:
         radius = np.ones(self.space.interval_dimension)
         for name, column in self.sizes.items():
             sizing = self._sizings[name]
-            radius[column] = 2 * sizing.tolerance / (sizing.covered.upper - sizing.covered.lower)
+            radius[column] = (
+                2 * sizing.tolerance / (sizing.full_interval.upper - sizing.full_interval.lower)
+            )
         return radius
 
     def values(self, x: np.ndarray) -> np.ndarray:
@@ -189,6 +191,6 @@ def with_tolerance(space: Space) -> dict[str, float]:
     tolerances = {
         name: input_.tolerance_or_std
         for name, input_ in space.uncertain.items()
-        if name not in space.correlated
+        if name not in space.dependent_names
     }
     return {name: tolerance for name, tolerance in tolerances.items() if tolerance > 0}

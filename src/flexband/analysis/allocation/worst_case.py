@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from flexband.analysis.allocation.adjustment import SIGNS, Adjusted, bars_of, limited
+from flexband.analysis.allocation.adjustment import SIGNS, Adjusted, bars_of, series_with_limits
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.sampled import SampledSeries
 from flexband.requirements.corridors import Corridor
@@ -76,7 +76,7 @@ class WorstCaseBounds:
         surrogate: Surrogate, tolerances: Tolerances, corridor: Corridor, sigmas: float
     ) -> WorstCaseBounds:
         """Return the margins of a corridor on a surrogate."""
-        expansions, numbers, bounds = limited(surrogate, corridor)
+        expansions, numbers, bounds = series_with_limits(surrogate, corridor)
         k = sigmas if surrogate.space.random_dimension else 0.0
         bare = WorstCaseBounds(
             tolerances, tuple(expansions), numbers, bounds, np.ones(len(numbers)), k
@@ -95,17 +95,19 @@ class WorstCaseBounds:
         """Return the margins of lower and upper ends, both (…, 2, series)."""
         return SIGNS[:, None] * (bars - self.bounds)
 
-    def tightened(self, by: np.ndarray) -> WorstCaseBounds:
-        """Return the margins of limits that are tighter by so much, (2, series) or a number."""
+    def tighten_limits(self, by: np.ndarray) -> WorstCaseBounds:
+        """Return the bounds with limits that are tighter by so much, (2, series) or a number."""
         return replace(self, bounds=self.bounds + SIGNS[:, None] * by)
 
-    def _narrowed(self, x: np.ndarray, *, random_alone: bool = False) -> Sequence[Expansion]:
+    def _narrow_expansions(
+        self, x: np.ndarray, *, random_alone: bool = False
+    ) -> Sequence[Expansion]:
         inputs = self.tolerances.inputs(x, random_alone=random_alone)
         if not inputs:
             return self.expansions
         part = part_of(self.tolerances.space, inputs)
         return [
-            expansion.substituted(part.substitutions, part.space.families)
+            expansion.substitute(part.substitutions, part.space.families)
             for expansion in self.expansions
         ]
 
@@ -116,9 +118,9 @@ class WorstCaseBounds:
         """
         if not self.tolerances.compensators:
             return self._extremes(x)
-        return self.adjusted(self._narrowed(x)).worst(vertices=True)
+        return self.with_compensators(self._narrow_expansions(x)).worst(vertices=True)
 
-    def adjusted(self, expansions: Sequence[Expansion]) -> Adjusted:
+    def with_compensators(self, expansions: Sequence[Expansion]) -> Adjusted:
         """Return the response with compensators, in the variables of narrower inputs or of all."""
         columns = self.tolerances.compensators.values()
         m = self.tolerances.space.interval_dimension
@@ -128,7 +130,8 @@ class WorstCaseBounds:
         """Return what `bars` does without compensators."""
         multiples = [-self.sigmas, self.sigmas] if self.sigmas else [0.0]
         extremes = [
-            expansion.extremes(multiples) * (3 - len(multiples)) for expansion in self._narrowed(x)
+            expansion.extremes(multiples) * (3 - len(multiples))
+            for expansion in self._narrow_expansions(x)
         ]
         m = self.tolerances.space.interval_dimension
         ends = [[(pair[k].values[k], pair[k].places[k]) for pair in extremes] for k in (0, 1)]
@@ -138,7 +141,7 @@ class WorstCaseBounds:
         ]
         return low, high, np.stack(places)
 
-    def least(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def least_margins(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the least margins in the box, (2, series), and where they are, (2, series, m)."""
         low, high, places = self.bars(x)
         return self.margins(np.stack([low, high])), places
@@ -185,7 +188,9 @@ class WorstCaseBounds:
         for k in range(len(scatters)):
             rows = np.flatnonzero(which.ravel() == k)
             eta = self._eta(x[rows], points)
-            for expansion, row in self._rows(self._narrowed(x[rows[0]], random_alone=True)):
+            for expansion, row in self._rows(
+                self._narrow_expansions(x[rows[0]], random_alone=True)
+            ):
                 output = points.series // self.times - row
                 columns = np.flatnonzero((output >= 0) & (output < len(expansion.outputs)))
                 if len(columns):
@@ -205,7 +210,7 @@ class WorstCaseBounds:
         margins = np.empty((len(x), len(points)))
         sign = SIGNS[points.side]
         eta = self._eta(x, points).reshape(*margins.shape, points.places.shape[1])
-        for number, series in enumerate(self._sampled):
+        for number, series in enumerate(self._sampled_series):
             columns = np.flatnonzero(points.series // self.times == number)
             times = np.tile(points.series[columns] % self.times, len(x))
             flat = eta[:, columns].reshape(len(times), eta.shape[-1])
@@ -216,7 +221,7 @@ class WorstCaseBounds:
         return margins
 
     @cached_property
-    def _sampled(self) -> list[SampledSeries]:
+    def _sampled_series(self) -> list[SampledSeries]:
         return [
             series
             for expansion in self.expansions
@@ -231,7 +236,7 @@ class WorstCaseBounds:
 
     def bars_at(self, eta: np.ndarray, x: np.ndarray) -> np.ndarray:
         """Return lower and upper end of μ ± kσ at η, (points, 2, series), with a scatter."""
-        return bars_of(self._narrowed(x, random_alone=True), eta, self.sigmas)
+        return bars_of(self._narrow_expansions(x, random_alone=True), eta, self.sigmas)
 
     def _rows(self, expansions: Sequence[Expansion]) -> list[tuple[Expansion, int]]:
         """Return each expansion with the number of its first output."""
@@ -243,6 +248,6 @@ class WorstCaseBounds:
         output, at = divmod(series, self.times)
         expansion, row = [pair for pair in self._rows(self.expansions) if pair[1] <= output][-1]
         part = expansion.select(expansion.outputs[[output - row]], np.array([at]))
-        part = part.substituted(*fix_inputs(self.tolerances.space, names))
+        part = part.substitute(*fix_inputs(self.tolerances.space, names))
         value = part.extremes([-self.sigmas, self.sigmas])[side].values[side].item()
         return float(SIGNS[side] * (self.bounds[side, series] - value))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.allocation.adjustment import Adjusted, compensators, limited
+from flexband.analysis.allocation.adjustment import Adjusted, compensators, series_with_limits
 from flexband.analysis.limits.least_margin import (
     WORST_FIRST,
     LimitVerdict,
@@ -269,7 +269,7 @@ def _bands(
     check_no_play(space, "check_limits with a Compensator")
     # Adjust compensators for the least margins, and put the adjusted ends into the bands.
     corridor = joint({k: r.corridor(case.labels) for k, r in requirements.items()})
-    expansions, numbers, bounds = limited(case, corridor)
+    expansions, numbers, bounds = series_with_limits(case, corridor)
     bar = bands["error_bar"].transpose("bound", *dims).values.copy()
     width = np.broadcast_to((bar[1] - bar[0]).mean(axis=-1, keepdims=True), bar[1].shape).ravel()
     scale = np.maximum(width[numbers], 1e-9 * np.abs(bar).max() + 1e-300)

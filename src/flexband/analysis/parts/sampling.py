@@ -13,7 +13,7 @@ from flexband.basics.progress import Progress, run_counter
 from flexband.basics.response import ResponseFunction
 from flexband.execution.executors import ExecutorLike
 from flexband.execution.store import StoreLike
-from flexband.requirements.requirement import Requirements, several
+from flexband.requirements.requirement import Requirements, requirement_tuple
 from flexband.requirements.scatter import Scatter
 from flexband.uncertainty.inputs.unfolding import GivenInputs
 from flexband.uncertainty.runs import BATCH
@@ -92,7 +92,7 @@ def sample_parts(
     (array([0.96]), 'a: Uniform(lower=0.0, upper=1.0), assumed')
     """
     options = SamplingOptions(probabilities, confidence, accuracy, samples)
-    requirement_list = several(requirements, "requirements")
+    requirement_list = requirement_tuple(requirements, "requirements")
     check_quantities(quantities)
     seed = check_integer("seed", seed, 0)
     count = options.count(requirement_list)

@@ -72,8 +72,8 @@ class _OutputMargins:
         in_threads(add_up, range(0, len(eta), block_size))
         return sums
 
-    def minimized(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
-        """Return what is minimized: the logarithm of a smoothed probability, and minus it."""
+    def objectives(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """Return the logarithm of a smoothed probability, and minus it, both to be minimized."""
         size = np.log(self.sums(eta, times, self.options.ends.smoothing)[0] + 1e-300)
         return np.stack([size, -size])
 
@@ -115,7 +115,7 @@ def at_each_time(
             times = part.series.shape[1]
             # Search the ends at each time, and compute the probabilities there with all samples.
             eta, _ = lowest_over_times(
-                search_margins.minimized, series.scanned, times, options.tolerance
+                search_margins.objectives, series.interval_scan, times, options.tolerance
             )
             flat = eta.reshape(2 * times, -1)
             first, second = final_margins.sums(flat, np.tile(np.arange(times), 2), 0.0)

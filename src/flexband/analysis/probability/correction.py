@@ -83,10 +83,12 @@ def with_missed(
     """
     count = model.first_runs
 
-    def least(z: np.ndarray) -> np.ndarray:
-        return state.least(z[:, :n], erf(z[:, n:] / np.sqrt(2)))
+    def least_margins(z: np.ndarray) -> np.ndarray:
+        return state.least_margins(z[:, :n], erf(z[:, n:] / np.sqrt(2)))
 
-    rare_samples = rare(least, n + m, rng, scouts=False, options=options.importance.subset).u
+    rare_samples = rare(
+        least_margins, n + m, rng, scouts=False, options=options.importance.subset
+    ).u
     rare_points = rare_samples[rng.permutation(len(rare_samples))[: count // 2]]
     others = count - len(rare_points)
     half = (others + 1) // 2  # of them, and their mirror images: there may be a limit on each side
@@ -95,7 +97,7 @@ def with_missed(
     u = np.concatenate([rare_points[:, :n], spread])
     eta = np.concatenate([erf(rare_points[:, n:] / np.sqrt(2)), _anywhere(others, m, rng, options)])
     runs = state.least_of_response(model(*state.places(u, eta)))
-    missed = DiscrepancyModel(with_eta(u, eta), runs - state.least(u, eta))
+    missed = DiscrepancyModel(with_eta(u, eta), runs - state.least_margins(u, eta))
     return replace(state, missed=missed, beyond=u[runs < 0])
 
 
@@ -137,18 +139,18 @@ def correct_probability(
     assert state.missed is not None  # of the first runs
     surrogate, discrepancy = replace(state, missed=None), state.missed
 
-    def least(v: np.ndarray) -> np.ndarray:  # v are u and η
-        return surrogate.least(v[:, :n], v[:, n:])
+    def least_margins(v: np.ndarray) -> np.ndarray:  # v are u and η
+        return surrogate.least_margins(v[:, :n], v[:, n:])
 
     def least_of_runs(v: np.ndarray) -> np.ndarray:
         return state.least_of_response(model(*state.places(v[:, :n], v[:, n:])))
 
     def margin_and_scatter(v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return least(v) + discrepancy.expected(v), options.widened * discrepancy.scatter(v)
+        return least_margins(v) + discrepancy.predict(v), options.widened * discrepancy.scatter(v)
 
     def margin(u: np.ndarray) -> np.ndarray:
         v = with_eta(u, eta)
-        return least(v) + discrepancy.expected(v)
+        return least_margins(v) + discrepancy.predict(v)
 
     # Learn what the surrogate misses where the side of the limit is doubtful, round by round.
     beyond, remaining = state.beyond.reshape(-1, n), model.runs
@@ -160,7 +162,7 @@ def correct_probability(
         if not len(at) or (k >= options.min_rounds and doubt < accuracy):
             break
         run_margins, remaining = least_of_runs(at), remaining - len(at)
-        discrepancy = discrepancy.with_runs(at, run_margins - least(at))
+        discrepancy = discrepancy.with_runs(at, run_margins - least_margins(at))
         failure_samples = rare_samples.u[margin(rare_samples.u) < 0]
         # Far from runs, a margin would mislead scouts.
         rare_samples = rare(margin, n, rng, scouts=False, options=importance.subset)
@@ -174,7 +176,7 @@ def correct_probability(
     base, error = float(np.mean(w * inside)), float(np.std(w * inside)) / np.sqrt(len(w))
     size, v = float(np.std(h)), with_eta(u, eta)
     scatter = np.maximum(margin_and_scatter(v)[1], options.min_scatter * size + 1e-300)
-    which, values = _drawn(h / scatter, w, remaining, rng, options)
+    which, values = _draw_samples(h / scatter, w, remaining, rng, options)
     run_margins = least_of_runs(v[which])
     differences = (run_margins < 0).astype(float) - inside[which]
     z = (differences * values[which])[differences != 0]
@@ -183,7 +185,7 @@ def correct_probability(
         usual = [0.0, 0.0]  # the surrogate is exact near the limit
     # Find the interval, and make it wider where weights or margins scatter too much.
     low, high = _ends(base, error, z, len(which), usual, rng, options)
-    if importance.uneven(w[inside], len(w)):
+    if importance.has_uneven_weights(w[inside], len(w)):
         low, high = low / importance.rough_factor, high * importance.rough_factor
     high += rare_samples.probability * (not len(rare_samples.u))
     low, high = (min(1.0, max(0.0, float(end))) for end in (low, high))
@@ -193,7 +195,7 @@ def correct_probability(
         low = min(low, float(np.mean(w * (h < -2 * run_scatter))))
         high = max(high, float(np.mean(w * ndtr(-h / run_scatter))))
     probability = min(1.0, max(0.0, base + float(z.sum()) / len(which)))
-    discrepancy = discrepancy.with_runs(v[which], run_margins - least(v[which]))
+    discrepancy = discrepancy.with_runs(v[which], run_margins - least_margins(v[which]))
     high = max(high, min(1.0, _possible(margin_and_scatter, n, eta, rng, options)))
     confirmed = bool(np.abs(discrepancy.missed).max() <= options.min_scatter * size)
     return Correction(probability, low, high, model.runs, len(z), noise, discrepancy, confirmed)
@@ -326,14 +328,14 @@ def _samples(
             return samples, weights, margins
 
 
-def _drawn(
+def _draw_samples(
     t: np.ndarray,
     weights: np.ndarray,
     count: int,
     rng: np.random.Generator,
     options: CorrectionOptions,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the numbers of samples that are drawn near the limit, and what each one counts.
+    """Draw samples near the limit; return their numbers, and what each one counts.
 
     The sum of what is drawn, each times what it counts, over its number has the expectation of the
     weighted mean of all samples. Margins t are in parts of how much they scatter.

@@ -47,8 +47,8 @@ class DiscrepancyModel:
     def _factors(self) -> np.ndarray:
         return self._fit.inverse @ self.missed
 
-    def expected(self, u: np.ndarray) -> np.ndarray:
-        """Return what is expected to be missed at u (points, n), shape (points,)."""
+    def predict(self, u: np.ndarray) -> np.ndarray:
+        """Predict the discrepancy at u (points, n), shape (points,)."""
         return self._fit.kernel.covariance(u, self.u) @ self._factors
 
     def scatter(self, u: np.ndarray) -> np.ndarray:

@@ -81,11 +81,11 @@ def ends(
         rare_samples = search.rare(state, np.zeros(0))
         return np.zeros((2, 0)), [rare_samples, rare_samples], np.zeros(2), state
 
-    def least(z: np.ndarray) -> np.ndarray:
-        return state.least(z[:, :n], erf(z[:, n:] / np.sqrt(2)))
+    def least_margins(z: np.ndarray) -> np.ndarray:
+        return state.least_margins(z[:, :n], erf(z[:, n:] / np.sqrt(2)))
 
     # Select points from which the search may start, and the times that decide.
-    joint = rare(least, n + m, rng, options=options.importance.subset)
+    joint = rare(least_margins, n + m, rng, options=options.importance.subset)
     joint_samples = joint.u if len(joint.u) else rng.standard_normal((count, n + m))
     points = np.concatenate([search.starts(m), erf(joint_samples[:8, n:] / np.sqrt(2))])
     scatter = state.scatter(ndtri(sobol(options.scatter_samples, n)), points)
@@ -95,7 +95,7 @@ def ends(
     if thin:
         u = joint_samples[:count, :n]
         eta = erf(joint_samples[:count, n:] / np.sqrt(2))
-        times = state.deciding(u, eta, options.slack * search.spread(state, eta))
+        times = state.decisive_times(u, eta, options.slack * search.spread(state, eta))
         # Rare samples hardly see times that decide at few η only.
         floor = options.omitted_share * chance_sums[:, None, None]
         likely = [np.any(chance > floor, axis=(0, 1)) for chance in chances]
@@ -134,7 +134,9 @@ def rare_at(
     options: EndOptions = EndOptions(),
 ) -> Rare:
     """Return rare samples of n variables u at one η; `count` is that of a level."""
-    return rare(partial(state.least, eta=eta), n, rng, count, options=options.importance.subset)
+    return rare(
+        partial(state.least_margins, eta=eta), n, rng, count, options=options.importance.subset
+    )
 
 
 @dataclass(frozen=True)
@@ -171,7 +173,7 @@ class _EndSearch:
         count = self.options.scatter_samples
         points = points[:count]
         u = self.rng.standard_normal((len(points) * count, self.n))
-        least_margins = state.least(u, np.repeat(points, count, axis=0))
+        least_margins = state.least_margins(u, np.repeat(points, count, axis=0))
         return float(least_margins.reshape(-1, count).std(axis=1).mean())
 
     def sizes(
@@ -182,7 +184,7 @@ class _EndSearch:
         weights = np.log(mixture.weights(u))
 
         def size(eta: np.ndarray) -> float:
-            logs = weights + log_ndtr(-state.least(u, eta) / self.options.smoothing)
+            logs = weights + log_ndtr(-state.least_margins(u, eta) / self.options.smoothing)
             return float(np.logaddexp.reduce(logs))
 
         return size
@@ -203,7 +205,7 @@ class _EndSearch:
         mixture = self.mixture(samples.u for samples in rare_samples)
         u = mixture.sample(count, self.rng)
         weights = mixture.weights(u)
-        out = np.array([weights * (state.least(u, eta) < 0) for eta in places])
+        out = np.array([weights * (state.least_margins(u, eta) < 0) for eta in places])
         pairs = zip(out.mean(1), rare_samples, strict=True)
         heights = [(sign * p, sign * samples.probability) for p, samples in pairs]
         best = heights.index(max(heights))
@@ -220,7 +222,7 @@ class _EndSearch:
         exceeded = gain * ndtr(z) + scatter * density  # expectation
         noise = float(np.log1p(exceeded.max() / probability)) if len(places) > 1 else 0.0
         # Improve the best place with further samples around its own.
-        least_margin = partial(state.least, eta=at)
+        least_margin = partial(state.least_margins, eta=at)
         local_mixture = mixture_around(
             least_margin, rare_samples[best].u, self.rng, options=options.importance
         )

@@ -46,7 +46,7 @@ class ImportanceOptions:
     subset: SubsetOptions = field(default_factory=SubsetOptions)
     """How rare samples are searched."""
 
-    def uneven(self, weights: np.ndarray, count: int) -> bool:
+    def has_uneven_weights(self, weights: np.ndarray, count: int) -> bool:
         """Return whether weights of samples that leave limits are very unequal, or these too many.
 
         They are too many as a part of the `count` of all samples.
@@ -94,15 +94,15 @@ class Estimate:
 
     def _confidence(self, probability: float, error: float) -> tuple[float, float]:
         low, high = interval(np.array(probability), np.array(error), self.subset_probability)
-        if self.uneven:  # few samples have most of the weight: their spread may be far too small
+        if self.has_uneven_weights:  # few samples have most of it: their spread may be too small
             low = min(low, self.subset_probability / self.options.rough_factor)
             high = max(high, min(1.0, self.subset_probability * self.options.rough_factor))
         return float(low) / math.exp(self.noise), min(1.0, float(high) * math.exp(self.noise))
 
     @property
-    def uneven(self) -> bool:
+    def has_uneven_weights(self) -> bool:
         """Whether sampling ended before the accuracy was reached, or weights are very unequal."""
-        return self.options.uneven(self.weights[self.margins < 0], len(self.u))
+        return self.options.has_uneven_weights(self.weights[self.margins < 0], len(self.u))
 
     def told_at_each(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the probabilities at each time that are clear, and confidence intervals."""
@@ -187,7 +187,7 @@ def estimate(
     k = max(1.0, -float(ndtri(min(max(rare_samples.probability, 1e-300), 0.5))))
     moved = missed_at(k)
     mixture = mixture_around(
-        partial(search_state.least, eta=eta), rare_samples.u, rng, options=options
+        partial(search_state.least_margins, eta=eta), rare_samples.u, rng, options=options
     )
     sums = _Sums(state, moved, options)
     batch = options.batch_samples
@@ -200,7 +200,7 @@ def estimate(
             break
     if state.exact:
         return result
-    least_margin = partial(state.tighter(moved).least, eta=eta)
+    least_margin = partial(state.tighter(moved).least_margins, eta=eta)
     first = rare(
         least_margin, rare_samples.u.shape[1], rng, options.moved_samples, options=options.subset
     )
@@ -273,7 +273,7 @@ class _Sums:
                 [weights[block], least_margins, looser, *all_time_margins]
             ), powers @ out
 
-        blocks = self.state.reduced(u, eta, reduce, LimitedOutputs.sides)
+        blocks = self.state.reduce_margins(u, eta, reduce, LimitedOutputs.sides)
         self.u.append(u)
         self.rows += [rows for rows, _ in blocks]
         for _, sums in blocks:

@@ -309,6 +309,6 @@ def _probabilities_between_times(
 def _unseen_share(search_state: LimitState, eta: np.ndarray, raw: Estimate) -> float:
     """Return which part of the samples that leave limits does so at other times than a state's."""
     out = raw.margins < 0
-    missed = raw.weights[out] * (search_state.least(raw.u[out], eta) >= 0)
+    missed = raw.weights[out] * (search_state.least_margins(raw.u[out], eta) >= 0)
     total_weight = raw.weights[out].sum()
     return float(missed.sum() / total_weight) if total_weight else 0.0

@@ -63,7 +63,7 @@ class LimitedOutputs:
             if not rows.any():
                 continue
             curves = least_between(sides[:, side, rows], self.axis, impacts=impacts)
-            estimates = self._between(curves, side, rows, impacts=impacts)
+            estimates = self._margins_between(curves, side, rows, impacts=impacts)
             least_margins = np.minimum(
                 least_margins, [margins.min(axis=(1, 2), initial=np.inf) for margins in estimates]
             )
@@ -72,7 +72,7 @@ class LimitedOutputs:
             least_margins[2] = np.minimum(least_margins[2], lowest.min(axis=1))
         return least_margins
 
-    def _between(
+    def _margins_between(
         self, curves: LeastBetween, side: int, rows: np.ndarray, *, impacts: bool
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         beyond = (self.beyond / self.scale)[:, side, rows, :-1]
@@ -164,7 +164,7 @@ class LimitState:
             axis = TimeAxis.from_labels(labels, corridor.window)
             window_times = slice(None)
             if axis is not None:
-                window_times = (at := axis.near())
+                window_times = (at := axis.window_slice())
                 axis = axis.at(at)
             at = np.arange(times)[window_times]
             part = expansion.select(outputs, at)
@@ -211,14 +211,14 @@ class LimitState:
         """Return the state with limits that are tighter by so many of the expected errors."""
         return replace(self, parts=tuple(part.tighter(count) for part in self.parts))
 
-    def reduced(
+    def reduce_margins(
         self,
         u: np.ndarray,
         eta: np.ndarray,
         reduce: Callable[[slice, list[np.ndarray]], Reduced],
         of: Callable[[LimitedOutputs, np.ndarray, np.ndarray], np.ndarray] = LimitedOutputs.margins,
     ) -> list[Reduced]:
-        """Return what a function makes of the margins of blocks of samples, in several threads.
+        """Return the results of a function of the margins of blocks of samples, in several threads.
 
         It is given a block and its margins, one array (points, outputs, times) per part, or what
         `of` returns of a part. The shapes of u and η are (points, n), and (points, m) or (m,).
@@ -246,12 +246,12 @@ class LimitState:
             eta = self.tolerances.eta(u[:, n:])
         return of_normals(u[:, :n], self.families), eta
 
-    def least(self, u: np.ndarray, eta: np.ndarray) -> np.ndarray:
+    def least_margins(self, u: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the least margin of each sample, shape (points,)."""
-        blocks = self.reduced(u, eta, lambda _, margins: least_of(margins))
+        blocks = self.reduce_margins(u, eta, lambda _, margins: least_of(margins))
         least_margins = np.concatenate([np.zeros(0), *blocks])
         if self.missed is not None and len(u):
-            least_margins += self.missed.expected(with_eta(u, eta)) / self.unit
+            least_margins += self.missed.predict(with_eta(u, eta)) / self.unit
         return least_margins
 
     def least_of_response(self, values: np.ndarray) -> np.ndarray:
@@ -266,7 +266,7 @@ class LimitState:
         There are samples u at each η; their shapes are (points, n) and (places, m).
         """
         samples = np.tile(u, (len(eta), 1)), np.repeat(eta, len(u), axis=0)
-        blocks = self.reduced(*samples, lambda _, margins: margins)
+        blocks = self.reduce_margins(*samples, lambda _, margins: margins)
         moments = []
         for part, margins in zip(self.parts, zip(*blocks, strict=True), strict=True):
             samples = np.concatenate(margins).reshape(len(eta), -1, *part.series.shape)
@@ -285,8 +285,8 @@ class LimitState:
         mean = float(np.mean(np.concatenate([unit.ravel() for unit in scatter])))
         return replace(self, parts=parts, unit=self.unit * mean)
 
-    def deciding(self, u: np.ndarray, eta: np.ndarray, slack: float) -> list[np.ndarray]:
-        """Return which times of each part decide about some samples, (times,).
+    def decisive_times(self, u: np.ndarray, eta: np.ndarray, slack: float) -> list[np.ndarray]:
+        """Return the masks of the times of each part that decide about some samples, (times,).
 
         These are the times of the least margin of a sample, and of margins below `slack`.
         """
@@ -295,7 +295,7 @@ class LimitState:
             thresholds = np.maximum(least_of(margins)[:, None, None], slack)
             return [np.any(part_margins <= thresholds, axis=(0, 1)) for part_margins in margins]
 
-        part_masks = zip(*self.reduced(u, eta, decide), strict=True)
+        part_masks = zip(*self.reduce_margins(u, eta, decide), strict=True)
         return [np.any(masks, axis=0) for masks in part_masks]
 
     def at(self, times: list[np.ndarray]) -> LimitState:

@@ -93,8 +93,8 @@ def _differs(result: xr.Dataset) -> bool:
     return "probability_at" in result or "probability_choice" in result
 
 
-def told(result: xr.Dataset) -> str:
-    """Return one bound of a probability with its confidence interval, or how large it may be."""
+def bound_text(result: xr.Dataset) -> str:
+    """Return the text of a bound of a probability, with its interval, or how large it may be."""
     value, low, high = (float(result[k]) for k in BETWEEN)
     if np.isnan(value):
         return NOT_GIVEN

@@ -98,7 +98,7 @@ def contributions(
 def groups(surrogate: Surrogate) -> dict[str, list[str]]:
     """Return the inputs that are fixed together, by name: correlated ones, and each other alone."""
     space = surrogate.space
-    singles = {name: [name] for name in space.uncertain if name not in space.correlated}
+    singles = {name: [name] for name in space.uncertain if name not in space.dependent_names}
     return singles | {name: list(group.members) for name, group in space.groups.items()}
 
 
@@ -125,7 +125,7 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
         substitution = fix_inputs(
             surrogate.space, [member for k in subset for member in members[k]]
         )
-        parts = [expansion.substituted(*substitution) for expansion in surrogate.expansions]
+        parts = [expansion.substitute(*substitution) for expansion in surrogate.expansions]
         low, high = extremes_of(parts, sigmas=sigmas, of=(-1.0, 1.0))
         return (high.values[1] - low.values[0]).reshape(shape)
 

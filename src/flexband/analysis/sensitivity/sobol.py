@@ -124,7 +124,7 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
             search_indices, result_indices = (
                 _Indices(part, times, min_variance[k]) for part in variances
             )
-            eta[:, :, k], defined[k] = search_indices.search(series.scanned)
+            eta[:, :, k], defined[k] = search_indices.search(series.interval_scan)
             values[:, :, k], errors[:, :, k], variance[:, :, k] = result_indices.at(eta[:, :, k])
     # Put bounds in order, and total indices above those of first order.
     defined &= np.all(np.isfinite(values), axis=(0, 1))
@@ -191,15 +191,15 @@ class _Indices:
         index = mean[1:] / mean_variance
         return index + (parts[1:] - index * variance) / mean_variance, mean[0, :, 0]
 
-    def minimized(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
-        """Return what is minimized: indices for lower bounds, then minus these, (bounds, rows)."""
+    def objectives(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """Return indices to minimize for lower bounds, then minus these, (bounds, rows)."""
         shares = self.shares(eta, times)[0].mean(axis=2)
         objectives = np.concatenate([shares, -shares])
         return np.where(np.isnan(objectives), WORSE, objectives)
 
     def search(self, scan: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """Return η of the bounds, (2, indices, times, m), and where all of a scan is defined."""
-        eta, values = lowest_over_times(self.minimized, scan, self.times, tolerance=1e-5)
+        eta, values = lowest_over_times(self.objectives, scan, self.times, tolerance=1e-5)
         return eta.reshape(2, len(eta) // 2, *eta.shape[1:]), np.all(values < WORSE, axis=(0, 1))
 
     def at(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -35,8 +35,9 @@ def runs_as_expanded(
     """Give what makes runs of a response, with the discretization and settings of its surrogates.
 
     Where a surrogate corrects the error of step and elements, its runs are corrected likewise
-    (`Surrogate.corrected`): what it misses of them is what its expansion misses. With `more_times`
-    they are at those of `Response.at_more_times`, as far as there are such, and not corrected.
+    (`Surrogate.apply_correction`): what it misses of them is what its expansion misses. With
+    `more_times` they are at those of `Response.at_more_times`, as far as there are such, and not
+    corrected.
 
     Inputs are as they were given for the surrogates, options those of `EvaluationOptions`. Raise
     `InputError` if the response is no function, or its arguments are not the inputs.
@@ -66,7 +67,7 @@ def runs_as_expanded(
                     )
                 labels = evaluation.labels
                 if evaluation.values is not None and not more_times:
-                    corrected = surrogate.corrected(evaluation.values.values, *points)
+                    corrected = surrogate.apply_correction(evaluation.values.values, *points)
                     evaluation.values = evaluation.values.copy(data=corrected)
                 return evaluation
 

@@ -151,7 +151,7 @@ def answer_command(
 ) -> Callable[[Callable[..., CommandOutput]], Callable[..., CommandOutput]]:
     """Return a decorator: ``question(result, ...)`` as a command with its folder and --json."""
 
-    def registered(question: Callable[..., CommandOutput]) -> Callable[..., CommandOutput]:
+    def register(question: Callable[..., CommandOutput]) -> Callable[..., CommandOutput]:
         def folder_and_json(
             folder: Annotated[
                 Path, typer.Argument(help="Folder of a study, or a saved surrogate (.npz).")
@@ -178,7 +178,7 @@ def answer_command(
         app.command(name)(reported_errors()(command))
         return question
 
-    return registered
+    return register
 
 
 def one_of(sigmas: float | None, probability: float | None, usual: float) -> float:

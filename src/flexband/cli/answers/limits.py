@@ -27,7 +27,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.analysis.selection import surrogates_of
     from flexband.report.page.answers import limits_table
     from flexband.report.progress import progress_bars
-    from flexband.requirements.requirement import corridors, several
+    from flexband.requirements.requirement import corridors, requirement_tuple
     from flexband.requirements.verdict import RequirementVerdict
     from flexband.study.nominal import around_nominal
     from flexband.study.results.limits import check_limits_in, has_probability
@@ -156,7 +156,9 @@ def limits_of(
             known_limits[side] = value
     if not sides:
         has_study = during is None and (result.folder / FileName.STUDY).is_file()
-        if has_study and (known_limits := several(result.study(trust=trust).requirements)):
+        if has_study and (
+            known_limits := requirement_tuple(result.study(trust=trust).requirements)
+        ):
             study_limits = select_limits(known_limits, only)
             return around_nominal(study_limits, result.folder, result.surrogate, result.display)
         raise UsageError(

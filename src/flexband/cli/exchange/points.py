@@ -69,7 +69,7 @@ def import_results(
     plan = plan_in(folder, trust=trust)
     study = plan.study()
     response = response_elsewhere(study)
-    with StudyFolder(folder).held():
+    with StudyFolder(folder).hold_lock():
         point_results = RequestedPoints.from_folder(folder).read(results, response.labels)
         with evaluations(
             response, study.inputs, EvaluationOptions(store=Store(folder))

@@ -180,7 +180,7 @@ class Canvas:
         half = 18.0
         (left, bottom), (right, top) = self.box[0] + inset, self.box[1] - inset
         corners = [np.array(corner) for corner in product((right, left), (top, bottom))]
-        place = min(corners, key=lambda corner: self.covered(corner, 2 * half))
+        place = min(corners, key=lambda corner: self.ink_count(corner, 2 * half))
         if np.any(field.vector):
             shaft = self.local(place, field.vector, [(-half, 0), (half, 0)])
             self.arrow(shaft, arrow((), color="load", part=field.part))
@@ -190,8 +190,8 @@ class Canvas:
         if self.names:
             self.labels.append(Label(place, field.name, False, Lettering("load")))
 
-    def covered(self, place: np.ndarray, reach: float) -> int:
-        """Return how many points of ink are within `reach` points of a place [m]."""
+    def ink_count(self, place: np.ndarray, reach: float) -> int:
+        """Count the points of ink within `reach` points of a place [m]."""
         return int(np.all(np.abs(self.all_ink() - place) < reach * self.unit, axis=1).sum())
 
     def all_ink(self) -> np.ndarray:

@@ -36,9 +36,11 @@ def _write_dimension(canvas: Canvas, dimension: Dimension) -> bool:
     offsets = [beside + distance * canvas.unit for distance in dimension_distances]
     lines = [points + side * offset * normals for offset in offsets for side in (1, -1)]
     ink = canvas.all_ink()[::3]
-    best = lines[int(np.argmin([_near(canvas, ink, line) + k for k, line in enumerate(lines)]))]
+    best = lines[
+        int(np.argmin([_count_ink(canvas, ink, line) + k for k, line in enumerate(lines)]))
+    ]
     thin = Line(strokes=(), color="length", width=0.6, layer=1.5, head=6.0)
-    first, second = np.array_split(_refined(best), 2)
+    first, second = np.array_split(_resample(best), 2)
     for half in (first[::-1], second):
         canvas.arrow(half, thin)
     for a, b in ((points[0], best[0]), (points[-1], best[-1])):
@@ -54,15 +56,15 @@ def _write_dimension(canvas: Canvas, dimension: Dimension) -> bool:
     return True
 
 
-def _near(canvas: Canvas, ink: np.ndarray, line: np.ndarray) -> int:
-    """Return how many points of ink are near a line."""
+def _count_ink(canvas: Canvas, ink: np.ndarray, line: np.ndarray) -> int:
+    """Count the points of ink near a line."""
     differences = ink[:, None] - canvas.dense(line)[None, ::4]
     return int(
         (np.hypot(differences[..., 0], differences[..., 1]).min(axis=1) < 9.0 * canvas.unit).sum()
     )
 
 
-def _refined(line: np.ndarray) -> np.ndarray:
+def _resample(line: np.ndarray) -> np.ndarray:
     way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     even = np.linspace(0.0, way[-1], 100)
     return np.stack([np.interp(even, way, axis) for axis in line.T], axis=1)

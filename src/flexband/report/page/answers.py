@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.limits.verdicts import LimitCheck
-from flexband.analysis.probability.texts import share_and_interval, told, verdict_on
+from flexband.analysis.probability.texts import bound_text, share_and_interval, verdict_on
 from flexband.analysis.results import AnswerRecord
 from flexband.basics.files import read_unlinked
 from flexband.basics.rounding import unit_of_variable
@@ -211,7 +211,7 @@ def limits_table(
             margin = number(limit["least_margin"]), number(limit["least_margin_error"], 2)
             row = [name, str(limit["verdict"].values), *(f"{text}{unit}" for text in margin)]
         if probability is not None:
-            row += [told(probability.isel(limit=k, bound=b)) for b in range(2)]
+            row += [bound_text(probability.isel(limit=k, bound=b)) for b in range(2)]
         if production is not None:
             part = production.isel(limit=k)
             row.append(yield_cell(part.isel(bound=-1) if "bound" in part.dims else part))

@@ -107,7 +107,7 @@ def study_motion(
         options = ", ".join(f"{name} = {option}" for name, option in first_options.items())
         remarks = [f"The animation is that of {options}."]
     if surrogate is None:
-        space = Space(first_case(study.located().inputs))
+        space = Space(first_case(study.with_domains().inputs))
     else:
         first_surrogate = next(iter(surrogates_of(surrogate).values()))
         space, (response, _) = first_surrogate.space, as_expanded(first_surrogate, response)

@@ -44,7 +44,7 @@ def list_shown(folder: Path, files: Iterable[Path] | None = None) -> None:
         names = {path.name for path in page_files}
         unchanged = {name: signed for name, signed in before.items() if name not in names}
     there = [path for path in page_files if path.is_file()]
-    content["shown"] = {**unchanged, **StudyFolder(folder).signed(there)}
+    content["shown"] = {**unchanged, **StudyFolder(folder).checksums(there)}
     write_json(file, content)
 
 

@@ -241,7 +241,7 @@ def _add_gears(sketch: Sketch, gears: list[tuple[PointName, float]], part: str) 
     strokes = []
     for point, radius in gears:
         frame = LocalFrame(sketch.tracks.point(point), turn=sketch.tracks.turn(point))
-        strokes.append(sketch.toothed(frame, radius))
+        strokes.append(sketch.gear_circle(frame, radius))
         if radius > 0:
             sketch.line(in_metres(frame, circle(radius, 180)[:-1]), closed=True, fill="pale",
                         alpha=0.5, width=0.0, layer=1.2)  # fmt: skip
@@ -254,7 +254,9 @@ def _(joint: PrescribedRotation, sketch: Sketch, name: str) -> None:
     sense = sketch.scene.first_sense(joint.angle)
     pivot = sketch.tracks.point(pin_between(sketch.scene, *joint.points) or joint.first)
     frame = LocalFrame(pivot, turn=sketch.tracks.turn(joint.first))
-    middle = sketch.turning(frame, 0.35 * sense, 1.7 * sense, 24.0, "drive", f"joint {name!r}")
+    middle = sketch.add_turn_arrow(
+        frame, 0.35 * sense, 1.7 * sense, 24.0, "drive", f"joint {name!r}"
+    )
     sketch.name(name, middle, color="drive")
 
 

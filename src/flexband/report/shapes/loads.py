@@ -75,7 +75,7 @@ def _(load: TorsionSpring, sketch: Sketch, name: str) -> None:
         sense = _sense(sketch.scene, drive)
         start = np.pi * (0.5 - 0.75 * sense)
         sweep = 1.5 * np.pi * sense
-        sketch.turning(frame, start, sweep, 24.0, "load", part if motor else "")
+        sketch.add_turn_arrow(frame, start, sweep, 24.0, "load", part if motor else "")
     sketch.name(name, at(place), color="load")
 
 
@@ -119,7 +119,7 @@ def _(load: OneWayClutch, sketch: Sketch, name: str) -> None:
     sweep = 1.5 * np.pi * load.sense
     frame = LocalFrame(place)
     part = f"load {name!r}"
-    sketch.turning(frame, np.pi / 2 - sweep / 2, sweep, 16.0, "ink", part)
+    sketch.add_turn_arrow(frame, np.pi / 2 - sweep / 2, sweep, 16.0, "ink", part)
     sketch.name(name, at(place))
 
 
@@ -145,7 +145,7 @@ def _(load: Moment, sketch: Sketch, name: str) -> None:
     sense = _sense(sketch.scene, load.moment)
     start = np.pi * (-0.5 - 0.25 * sense)
     sweep = 1.5 * np.pi * sense
-    middle = sketch.turning(frame, start, sweep, 15.0, "load", f"load {name!r}")
+    middle = sketch.add_turn_arrow(frame, start, sweep, 15.0, "load", f"load {name!r}")
     sketch.name(name, middle, color="load")
 
 

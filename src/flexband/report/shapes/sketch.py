@@ -125,7 +125,7 @@ class Sketch:
         """Add a wall across x, which reaches `half` points and `extent` metres to each side."""
         self.hatch(frame, (0, -extent, 0, -half), (0, extent, 0, half), (-4, -4))
 
-    def turning(
+    def add_turn_arrow(
         self, frame: LocalFrame, start: float, sweep: float, radius: float, color: str, part: str
     ) -> Stroke:
         """Add an arrow from angle `start` by `sweep` [rad], radius in points; return its middle."""
@@ -134,7 +134,7 @@ class Sketch:
         self.lines.append(arrow([in_points(frame, points)], color=color, part=part))
         return in_points(frame, points[20:21])
 
-    def toothed(self, frame: LocalFrame, radius: float) -> Stroke:
+    def gear_circle(self, frame: LocalFrame, radius: float) -> Stroke:
         """Return a pitch circle with teeth, which point outward on a ring, radius < 0."""
         rim = circle(abs(radius), 180)
         count = max(int(2 * np.pi * abs(radius) / (TOOTH_SPACING * self.unit)), 8)

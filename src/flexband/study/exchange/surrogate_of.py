@@ -109,7 +109,7 @@ def _of_case(
     narrow = {}
     for name, input_ in space.uncertain.items():
         if isinstance(input_, Interval | Chosen):
-            covered = input_ if isinstance(input_, Interval) else input_.covered
+            covered = input_ if isinstance(input_, Interval) else input_.full_interval
             ends = case_columns[name].min(), case_columns[name].max()
             if ends[0] < covered.lower or ends[1] > covered.upper:
                 low = min(ends[0], covered.lower)

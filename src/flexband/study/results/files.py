@@ -48,10 +48,12 @@ class ResultFiles:
         """Write a surrogate, if the method makes one; mark answers of another one as stale."""
         file = self.folder.path / FileName.SURROGATE
         is_regular = file.is_file() and not file.is_symlink()
-        earlier = self.folder.signed([file]) if is_regular else {}
+        earlier = self.folder.checksums([file]) if is_regular else {}
         if surrogate is not None:
             self._write(FileName.SURROGATE, lambda: save_surrogate(surrogate, file))
-        self.changed = FileName.SURROGATE not in self.names or self.folder.signed([file]) != earlier
+        self.changed = (
+            FileName.SURROGATE not in self.names or self.folder.checksums([file]) != earlier
+        )
         if self.changed:
             mark_stale(self.folder.path)  # before anything may end this process
             if surrogate is not None and FileName.SURROGATE in self.names:

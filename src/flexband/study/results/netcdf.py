@@ -89,7 +89,7 @@ def _attribute(value: Any) -> Any:
 def _attributes(attributes: Mapping[Hashable, Any]) -> dict[str, Any]:
     """Return attributes as numbers, lists of numbers, and texts."""
 
-    def stored(value: Any) -> Any:
+    def netcdf_value(value: Any) -> Any:
         if isinstance(value, list | tuple) and all(isinstance(text, str) for text in value):
             return json.dumps(value)
         plain = np.asarray(value)
@@ -98,4 +98,4 @@ def _attributes(attributes: Mapping[Hashable, Any]) -> dict[str, Any]:
         )
         return value if isinstance(value, str) or (is_number and plain.ndim < 2) else str(value)
 
-    return {str(name): stored(value) for name, value in attributes.items()}
+    return {str(name): netcdf_value(value) for name, value in attributes.items()}

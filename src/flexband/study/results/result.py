@@ -170,7 +170,7 @@ class StudyResult:
             "answers": self.answers,
             "computed": dict(self.computed),
             "failures": list(self.failures),
-            "checksums": StudyFolder(self.folder).signed(
+            "checksums": StudyFolder(self.folder).checksums(
                 [self.folder / name for name in self.result_files]
             ),
         }

@@ -131,11 +131,11 @@ class Adaptation:
         self.quantities = quantities(evaluate, runs.values.shape[1])
         if len(earlier_runs[0]):
             earlier_values = earlier_runs[2].reshape(-1, *runs.values.shape[1:])
-            runs = ResponseRuns.joined(
+            runs = ResponseRuns.concatenate(
                 runs, ResponseRuns(earlier_runs[0], earlier_runs[1], earlier_values)
             )
         self.made = RunBuffer(successful_runs(runs, count), count, budget)  # fitted, and held out
-        self.generic = len(self.held.values)
+        self.generic = len(self.holdout.values)
         # Nothing is known yet of rare values, extremes and the discretization.
         self.rare = RareRuns.none(runs)
         self.rare_budget = self.options.max_rare_runs
@@ -184,27 +184,29 @@ class Adaptation:
         return self.error.relative(self.error.values, np.where(self.counted, width, np.inf))
 
     @property
-    def fitted(self) -> ResponseRuns:
-        return self.made.fitted
+    def design_runs(self) -> ResponseRuns:
+        """The runs of the design, to which expansions are fitted."""
+        return self.made.design_runs
 
     @property
-    def held(self) -> ResponseRuns:
-        return self.made.held
+    def holdout(self) -> ResponseRuns:
+        """The held-out runs."""
+        return self.made.holdout
 
     @property
-    def checked(self) -> int:
+    def check_run_count(self) -> int:
         """Number of runs that are not fitted."""
-        return len(self.held.values) + len(self.rare.weight)
+        return len(self.holdout.values) + len(self.rare.weight)
 
     @property
     def remaining_runs(self) -> int:
         """Runs that the budget still allows."""
-        return self.budget - len(self.fitted.values) - self.checked
+        return self.budget - len(self.design_runs.values) - self.check_run_count
 
     @property
     def runs(self) -> int:
         """Number of runs."""
-        return len(self.fitted.values) + self.checked + self.refinement.finer
+        return len(self.design_runs.values) + self.check_run_count + self.refinement.fine_run_count
 
     def _judge(self, *, reuse_fits: bool = True) -> None:
         """Fit the runs and choose the best of the new fits and, with `reuse_fits`, those in use."""
@@ -218,7 +220,7 @@ class Adaptation:
         earlier_fits = len(in_use)
         stages = decompose(F, self.dt) if self.phase_resolved else [Stage([], F)]
         fits = chain(release(in_use), map(self._fit, stages))
-        arguments = self.fitted, self.held, self.generic, self.rare, self.design.weights
+        arguments = self.design_runs, self.holdout, self.generic, self.rare, self.design.weights
         self.choice = BestFits.from_fits(fits, *arguments, earlier_fits)
         m = self.places.shape[1]
         of = self.generic, F, self.dt, m, units_of(self.labels), self.quantities
@@ -247,8 +249,8 @@ class Adaptation:
             self.tries_samples = False
             self._interpolate(budget)
             return None
-        split = Split.from_stages(self.stages, self.choice.carriers, self.held, self.counted)
-        design = self.design.extended(min(self._batch, budget), split)
+        split = Split.from_stages(self.stages, self.choice.carriers, self.holdout, self.counted)
+        design = self.design.extend(min(self._batch, budget), split)
         if len(design) == fit_count:
             return StopReason.ORDERS_USED
         xi, eta = (v[fit_count:] for v in design.points)
@@ -268,8 +270,8 @@ class Adaptation:
     def _interpolate(self, budget: int) -> None:
         """Begin again with runs to interpolate; the samples are held out from now on."""
         space = self.space
-        sampled = self.fitted
-        holdout = self.held
+        sampled = self.design_runs
+        holdout = self.holdout
         m = space.interval_dimension
         families = space.families
         discs = space.discs
@@ -281,7 +283,7 @@ class Adaptation:
             holdout.which(slice(self.generic, None)),
         )
         self.generic += len(sampled.values)
-        runs = ResponseRuns.joined(new, *parts)
+        runs = ResponseRuns.concatenate(new, *parts)
         self.made = RunBuffer(runs, len(new.values), self.budget)
         del self.choice, self.error
         self._judge(reuse_fits=False)
@@ -302,14 +304,16 @@ class Adaptation:
             count -= len(rare.weight)
         places = np.zeros((min(1, count), 0))
         if m:
-            run_places = self.places if families else np.concatenate([self.places, self.fitted.eta])
-            reached = self.error.reached(run_places)
+            run_places = (
+                self.places if families else np.concatenate([self.places, self.design_runs.eta])
+            )
+            reached = self.error.bounds_at(run_places)
             places = extreme_places(self.error.extremes, count, reached, tolerance)
         if not len(places):
             return False
         self.places = np.concatenate([self.places, places])
         eta = np.repeat(places, count // len(places) if families else 1, axis=0)
-        xi, _ = generic_points(len(self.held.values), len(eta), m, families)
+        xi, _ = generic_points(len(self.holdout.values), len(eta), m, families)
         self.made.hold(evaluate_runs(self.evaluate, xi, eta))
         if rare:
             self.sloped = True
@@ -353,7 +357,7 @@ class Adaptation:
             return False
         new = ResponseRuns(xi[finite_mask], eta[finite_mask], responses[finite_mask])
         weight = np.concatenate([self.rare.weight, weight[finite_mask]])
-        self.rare = RareRuns(ResponseRuns.joined(self.rare.runs, new), weight)
+        self.rare = RareRuns(ResponseRuns.concatenate(self.rare.runs, new), weight)
         return True
 
     def discretization(self) -> dict[str, DiscretizationCorrection]:
@@ -363,8 +367,8 @@ class Adaptation:
         to the method.
         """
         if self.corrections is None:
-            few = self.fitted.which(slice(self.design.few))
-            holdout = self.held.which(slice(self.generic))
+            few = self.design_runs.which(slice(self.design.few))
+            holdout = self.holdout.which(slice(self.generic))
             coarse = CoarseRuns(few, holdout, self.design.small)
             self.corrections = self.refinement.corrections(coarse, self.error, self.dt)
         return self.corrections

@@ -79,7 +79,7 @@ class BestFits(NamedTuple):
         """
         shape = holdout.values.shape
         thin = slice(None, None, -(-shape[-1] // options.max_times))
-        all_runs = ResponseRuns.joined(holdout.at(thin), fitted.at(thin), rare.runs.at(thin))
+        all_runs = ResponseRuns.concatenate(holdout.at(thin), fitted.at(thin), rare.runs.at(thin))
         places = [np.concatenate([holdout.eta, fitted.eta]), holdout.eta[generic:]]
         later = np.empty(shape[1:])
         overshoot = np.empty(shape[1:])
@@ -125,7 +125,7 @@ class BestFits(NamedTuple):
         ]
         missed = np.empty(shape)
         for fit in best_fits:  # once more, since what all fits miss takes more memory
-            for rows, of_rows in fit.missed(holdout):
+            for rows, of_rows in fit.residual_batches(holdout):
                 missed[rows, fit.outputs] = of_rows
         # Of the fits of all outputs, the one that misses least may be doubted for its growth only.
         fewest = np.inf
@@ -182,7 +182,7 @@ def in_place_of_runs(
         for fit, change in linear:
             if change is not None:
                 places = np.searchsorted(numbers, fit.outputs)
-                wide_change = change.placed(len(fit.outputs), len(numbers), places)
+                wide_change = change.embed_rows(len(fit.outputs), len(numbers), places)
                 total = wide_change if total is None else total + wide_change
         values = in_place([fit.parts for fit, _ in linear if isinstance(fit.parts, Interpolation)])
         expansions.append(

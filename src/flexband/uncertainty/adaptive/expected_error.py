@@ -63,7 +63,7 @@ class ExpectedError:
         differences = (values[:n] - values[n:]) / 2 / self.width[:, None]
         return differences.reshape(n, -1)
 
-    def reached(self, eta: np.ndarray) -> np.ndarray:
+    def bounds_at(self, eta: np.ndarray) -> np.ndarray:
         """Return the lowest μ − σ and the highest μ + σ at places η, shape (2, outputs, times)."""
         if not len(eta):
             lowest = np.full(self.extremes[0].values.shape[1:], np.inf)
@@ -142,8 +142,8 @@ class ExpectedError:
         return np.isfinite(self.size) & (self.component_width < self.width)
 
     @property
-    def unexplained(self) -> np.ndarray:
-        """Which outputs vary, but have bands of no width, since no terms were found for them."""
+    def zero_width_mask(self) -> np.ndarray:
+        """Mask of outputs that vary, but have bands of no width for want of terms, (outputs,)."""
         size = np.where(np.isfinite(self.size), self.size, -np.inf)
         width = self.quantities.at_least(self.component_width)
         return width <= ROUNDING * size + 1e-300

@@ -107,9 +107,9 @@ class PartsFit(NamedTuple):
         return PartsFit(outputs, parts, columns, self.frequencies, self.runs)
 
     @property
-    def formed(self) -> HybridExpansion:
-        """The parts, with all of their coefficients."""
-        return self.parts.formed()
+    def hybrid(self) -> HybridExpansion:
+        """The expansion of the parts, with all of its coefficients."""
+        return self.parts.to_hybrid()
 
     def at(self, times: slice | np.ndarray) -> PartsFit:
         rows = self.columns.width
@@ -117,14 +117,14 @@ class PartsFit(NamedTuple):
 
     @property
     def expansion(self) -> Expansion:
-        return expansion_of(self.outputs, self.formed, self.columns)
+        return expansion_of(self.outputs, self.hybrid, self.columns)
 
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return its outputs at ξ and η, shape (points, outputs, times)."""
         return self.columns.join(self.parts.evaluate(xi, eta))
 
-    def missed(self, runs: ResponseRuns) -> Iterator[tuple[slice, np.ndarray]]:
-        """Yield batches of runs and what it misses of them, shape (runs, outputs, times)."""
+    def residual_batches(self, runs: ResponseRuns) -> Iterator[tuple[slice, np.ndarray]]:
+        """Yield batches of runs and their residuals, shape (runs, outputs, times)."""
         for k in range(0, len(runs.values), BATCH):
             rows = slice(k, k + BATCH)
             some = runs.which(rows)
@@ -133,7 +133,7 @@ class PartsFit(NamedTuple):
     def mean_square_missed(self, runs: ResponseRuns, weights: np.ndarray) -> np.ndarray:
         """Return the weighted sum of squares of what it misses of runs, shape (outputs, times)."""
         square = np.zeros((len(self.outputs), runs.values.shape[2]))
-        for rows, missed in self.missed(runs):
+        for rows, missed in self.residual_batches(runs):
             square += np.einsum("p,pot->ot", weights[rows], missed**2)
         return square
 
@@ -152,7 +152,7 @@ class PartsFit(NamedTuple):
         -------
         Root mean square, shape (outputs, times), and a batch of the values where it is farthest.
         """
-        parts = self.at(thin).formed
+        parts = self.at(thin).hybrid
         fit = self._replace(parts=parts)
         random_terms = (parts.random_index, parts.families)
         groups = [RareValues.from_index(*random_terms, eta) for eta in places if len(eta)]
@@ -160,7 +160,7 @@ class PartsFit(NamedTuple):
         missed = rare.runs.at(thin).values[:, self.outputs]
         missed = missed - fit.evaluate(rare.runs.xi, rare.runs.eta)
         square = np.max(squares, axis=0) + np.einsum("p,pot->ot", rare.weight, missed**2)
-        values = RareValues.joined(groups).first(np.concatenate(shares), BATCH)
+        values = RareValues.concatenate(groups).first(np.concatenate(shares), BATCH)
         return np.sqrt(square), values._replace(weight=values.weight / len(groups))
 
     def _outside(
@@ -180,7 +180,7 @@ class PartsFit(NamedTuple):
         for k in range(0, len(rare.weight), at_once):
             some = rare.which(slice(k, k + at_once))
             off = np.abs(self.evaluate(some.xi, some.eta) - (low + high) / 2)
-            off -= some.allowed(runs.xi)[:, None, None] * (high - low) / 2
+            off -= some.growth_limit(runs.xi)[:, None, None] * (high - low) / 2
             off = np.maximum(off, 0.0)
             square += np.einsum("p,pot->ot", some.weight, off**2)
             shares.append(some.weight * np.mean((off / size) ** 2, axis=(1, 2)))

@@ -18,7 +18,7 @@ from scipy.special import ndtr
 from flexband.uncertainty.adaptive.fits import BATCH, Split
 from flexband.uncertainty.adaptive.regression import MIN_RUNS, SampledDesign
 from flexband.uncertainty.expansions.families import LEGENDRE, Family, existing_terms, mean_squares
-from flexband.uncertainty.expansions.hybrid import HybridExpansion, overwritten
+from flexband.uncertainty.expansions.hybrid import HybridExpansion, map_in_place
 from flexband.uncertainty.expansions.index_sets import (
     ROUNDING_DIGITS,
     Orders,
@@ -105,7 +105,7 @@ class NestedDesign:
             return Interpolation(families, self.index, self.inverse, stage.base, rows, self.discs)
         parts = PartColumns.of_stage(stage).pack(stage)  # a copy, since there are carriers
         columns = max(64, 2**18 // self.inverse.size)  # of products that are left to one thread
-        parts = overwritten(parts, self.inverse.__matmul__, columns)
+        parts = map_in_place(parts, self.inverse.__matmul__, columns)
         return HybridExpansion(tuple(self.families), self.index, parts)
 
     @property
@@ -119,8 +119,8 @@ class NestedDesign:
         terms = first.inverse @ series
         return HybridExpansion(tuple(self.families), first.index, terms, self.discs)
 
-    def extended(self, count: int, split: Split) -> NestedDesign:
-        """Return the design with the next terms, so many or fewer.
+    def extend(self, count: int, split: Split) -> NestedDesign:
+        """Return the design with up to `count` further terms.
 
         Up to half of them explain what held-out runs miss, the others are expected to be large.
         """
@@ -128,7 +128,7 @@ class NestedDesign:
         norms = self.norms[:, None, None]
         terms = norms * split.rows(lambda runs: self.inverse @ runs[design_rows])
         sizes = TermSizes(self.index, np.sqrt(np.mean(terms**2, axis=-1)).T)
-        unforeseen = self._explaining(split, count // 2)
+        unforeseen = self._match_terms(split, count // 2)
         sizes.total(unforeseen)
         next_terms = sizes.next_terms(count - len(unforeseen), self.highest)
         return replace(self, index=np.concatenate([self.index, unforeseen, next_terms]))
@@ -148,8 +148,8 @@ class NestedDesign:
             weights *= np.where(orders > 0, _nearest(points, family)[orders], 1.0)
         return weights
 
-    def _explaining(self, split: Split, count: int) -> np.ndarray:
-        """Return at most `count` terms that explain what held-out runs miss.
+    def _match_terms(self, split: Split, count: int) -> np.ndarray:
+        """Select at most `count` terms that explain the residuals of held-out runs.
 
         Each of a further order is zero in the runs so far. They are taken by orthogonal matching,
         with the lower terms that they need, by how much they explain for each run.

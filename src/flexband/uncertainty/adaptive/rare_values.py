@@ -91,7 +91,7 @@ class RareValues(NamedTuple):
         return RareValues(xi, np.zeros((len(xi), m)), along, weight)
 
     @staticmethod
-    def joined(parts: Sequence[RareValues]) -> RareValues:
+    def concatenate(parts: Sequence[RareValues]) -> RareValues:
         return RareValues(*map(np.concatenate, zip(*parts, strict=True)))
 
     def which(self, rows: slice | np.ndarray) -> RareValues:
@@ -109,7 +109,7 @@ class RareValues(NamedTuple):
         values = self.which(order[at])._replace(weight=weight)
         return values.which(np.argsort(at)[:count])
 
-    def allowed(
+    def growth_limit(
         self, xi: np.ndarray, *, options: RareValueOptions = RareValueOptions()
     ) -> np.ndarray:
         """Return by what factor an expansion may leave the range of runs at `xi`, (points,)."""

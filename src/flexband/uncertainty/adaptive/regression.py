@@ -70,8 +70,8 @@ class SampledDesign:
         mean = series.mean(axis=0, keepdims=True)
         return HybridExpansion(tuple(self.families), self.index[:1], mean, self.discs)
 
-    def extended(self, count: int, split: Split) -> SampledDesign:
-        """Return the samples with so many more."""
+    def extend(self, count: int, split: Split) -> SampledDesign:
+        """Return the design with `count` further samples."""
         del split
         return replace(self, count=self.count + count)
 
@@ -101,7 +101,7 @@ def fitted_parts(
     for part in parts:
         part_series = series[:, part.ravel()]
         fits.append(sparse_fit(values, index, part_series, _weights(part, weight)))
-    term_rows = np.unique(np.concatenate([[0], *(fit.used for fit in fits)]))
+    term_rows = np.unique(np.concatenate([[0], *(fit.active_terms for fit in fits)]))
     terms = np.zeros((len(term_rows), series.shape[1]))
     for part, fit in zip(parts, fits, strict=True):
         mask = np.isin(fit.which, term_rows)

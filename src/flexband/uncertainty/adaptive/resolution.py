@@ -89,7 +89,7 @@ def solve_with_refinement(
                 stopped = course.run((1 - options.share) * tolerance)
                 halvings = levels.needed_halvings(course, names)
                 if last or not halvings:
-                    details = levels.unconverged(course) | {"stopped": stopped}
+                    details = levels.convergence_failures(course) | {"stopped": stopped}
                     return course, {**details, "runs_coarser": coarser_runs, "halved": names}
             finished = (course, names)
             failed = 0
@@ -168,7 +168,7 @@ class Levels:
         errors = {}
         largest = {}
         corrected = {}
-        vanishing = self._vanishing(course.error.component_width, len(names))
+        vanishing = self._halving_mask(course.error.component_width, len(names))
         corrections = course.discretization()
         for name, correction in corrections.items():
             before = self.errors_by_level.setdefault(name, {})
@@ -209,8 +209,8 @@ class Levels:
         self.why += f", and {_percent(allowance)} is allowed"
         return times
 
-    def _vanishing(self, width: np.ndarray, halvings: int) -> np.ndarray:
-        """Return of which outputs the error bar has been halved with every halving, (outputs,)."""
+    def _halving_mask(self, width: np.ndarray, halvings: int) -> np.ndarray:
+        """Return the mask of outputs whose error bar was halved by every halving, (outputs,)."""
         mask = np.zeros(len(width), bool)
         for fewer, before in self.widths.items():
             halvings_since = halvings - fewer
@@ -259,7 +259,7 @@ class Levels:
         step = numbers["step"]
         if not spectrum.resolved:
             return none, none
-        lag = spectrum.lag(course.dt * (course.fitted.values.shape[-1] - 1), step)
+        lag = spectrum.lag(course.dt * (course.design_runs.values.shape[-1] - 1), step)
         unresolved = asked & (spectrum.energy[:, lag > options.followed].sum(axis=-1) > 0.5)
         energy = spectrum.after(options.max_for_waves - count, lag)
         fastest = spectrum.frequency[energy.argmax(axis=-1)]
@@ -271,8 +271,8 @@ class Levels:
         self.fastest = fastest
         return unresolved & ~waves, waves
 
-    def unconverged(self, course: Adaptation) -> dict[str, list[Any]]:
-        """Return of which outputs the error is too large, but no longer falls, as attributes."""
+    def convergence_failures(self, course: Adaptation) -> dict[str, list[Any]]:
+        """Return attributes that name the outputs whose error is too large, but no longer falls."""
         names = names_of_outputs(course.labels)
         outputs = []
         for part, stuck in self.stuck.items():

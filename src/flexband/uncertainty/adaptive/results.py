@@ -41,19 +41,21 @@ def surrogate_of(course: Adaptation) -> Surrogate:
     corrections = course.discretization()
     of_mean = growth(0) if course.space.families else 1.0  # without σ, the mean is the error bar
     band_errors = np.stack([of_mean * error.values, error.values])
-    finer_runs = course.refinement.finer
+    finer_runs = course.refinement.fine_run_count
     dataset = expectations(
         course.labels, error, band_errors, corrections, course.evaluate, finer_runs
     )
     dataset = dataset.assign(orders=("variable", choice.orders))
     dataset = dataset.assign_coords(variable=_variables(course.space)).assign_attrs(
         largest_miss=_largest_miss(course),
-        runs_fitted=len(course.fitted.values),
-        runs_checked=course.checked,
-        runs_generic=course.generic if course.space.interval_dimension else len(course.held.values),
+        runs_fitted=len(course.design_runs.values),
+        runs_checked=course.check_run_count,
+        runs_generic=course.generic
+        if course.space.interval_dimension
+        else len(course.holdout.values),
     )
     _warn_of_unexplained(course)
-    arguments = course.space, course.labels, error, course.held
+    arguments = course.space, course.labels, error, course.holdout
     return corrected_surrogate(*arguments, dataset, list(corrections.values()))
 
 
@@ -189,12 +191,12 @@ def what_helps(attrs: Mapping[str, Any]) -> str:
 def _warn_of_unexplained(course: Adaptation) -> None:
     """Warn of outputs that vary, but whose bands have no width."""
     names = names_of_outputs(course.labels)
-    lost = [names[k] for k in np.flatnonzero(course.error.unexplained)]
+    lost = [names[k] for k in np.flatnonzero(course.error.zero_width_mask)]
     if lost:
         suffix = ", …" if len(lost) > 3 else ""
         warn(
             f"{', '.join(lost[:3])}{suffix}: the bands have no width although the runs differ, "
-            f"since {number_of(len(course.fitted.values), 'run')} show no terms of "
+            f"since {number_of(len(course.design_runs.values), 'run')} show no terms of "
             "an expansion; LHSScanning, SobolScanning and MonteCarlo need no terms"
         )
 
@@ -216,7 +218,7 @@ def _largest_miss(course: Adaptation) -> str:
     run = int(np.argmax([np.max(np.abs(errors) / width) for errors in missed]))
     part = np.abs(missed[run]) / width
     output, time = np.unravel_index(np.argmax(part), part.shape)
-    values = course.space.numbers_at(course.held.xi, course.held.eta)
+    values = course.space.numbers_at(course.holdout.xi, course.holdout.eta)
     inputs = extremes_in_words(values, run, 4)
     place = _place(course.labels, int(output) * part.shape[1] + int(time))
     orders = course.choice.orders

@@ -34,7 +34,7 @@ class ResponseRuns(NamedTuple):
         return ResponseRuns(*(v.copy() for v in self))
 
     @staticmethod
-    def joined(*parts: ResponseRuns) -> ResponseRuns:
+    def concatenate(*parts: ResponseRuns) -> ResponseRuns:
         return ResponseRuns(*map(np.concatenate, zip(*parts, strict=True)))
 
 
@@ -98,18 +98,20 @@ class RunBuffer:
         return self.memory.which(slice(self.count))
 
     @property
-    def fitted(self) -> ResponseRuns:
+    def design_runs(self) -> ResponseRuns:
+        """The first runs, to which expansions are fitted."""
         return self.memory.which(slice(self.fit_count))
 
     @property
-    def held(self) -> ResponseRuns:
+    def holdout(self) -> ResponseRuns:
+        """The held-out runs, which come after those of the design."""
         return self.memory.which(slice(self.fit_count, self.count))
 
     def fit(self, new: ResponseRuns) -> None:
         first = self.fit_count
         end = self.fit_count + len(new.values)
         self._make_room(len(new.values))
-        for array, holdout, added in zip(self.memory, self.held, new, strict=True):
+        for array, holdout, added in zip(self.memory, self.holdout, new, strict=True):
             for k in reversed(range(len(holdout))):  # one by one: a copy of all takes memory
                 array[end + k] = holdout[k]
             array[first:end] = added

@@ -27,7 +27,7 @@ class Density(Protocol):
         ...
 
     @property
-    def bounded(self) -> bool:
+    def has_finite_bounds(self) -> bool:
         """Whether all its values are between finite bounds."""
         ...
 
@@ -70,8 +70,8 @@ class DensityPolynomials:
         return self.density.name
 
     @property
-    def bounded(self) -> bool:
-        return self.density.bounded
+    def has_finite_bounds(self) -> bool:
+        return self.density.has_finite_bounds
 
     @property
     def last_order(self) -> float:
@@ -93,13 +93,13 @@ class DensityPolynomials:
         """Return values of ξ between which all but few are, 8 `count` steps apart."""
         return self.of_normal(np.linspace(-self.usual_normal, self.usual_normal, 8 * count + 1))
 
-    def standardized(self, x: np.ndarray) -> np.ndarray:
-        """Return ξ of x."""
+    def standardize(self, x: np.ndarray) -> np.ndarray:
+        """Return ξ of x: x less its mean, in standard deviations."""
         mean, std = self.scale
         return (x - mean) / std
 
     def of_normal(self, x: np.ndarray) -> np.ndarray:
-        return self.standardized(self.density.at_normal(x))
+        return self.standardize(self.density.at_normal(x))
 
     def values(self, order: int, x: np.ndarray) -> np.ndarray:
         recurrence = self._recurrence(order)
@@ -141,7 +141,7 @@ class DensityPolynomials:
         count = self.block * (1 + order // self.block)
         if count not in self._recurrences:
             x, w = self._rule if count == self.block else self.density.rule(count)
-            recurrence = Recurrence(*stieltjes(self.standardized(x), w, count), np.zeros(0))
+            recurrence = Recurrence(*stieltjes(self.standardize(x), w, count), np.zeros(0))
             lower = order - self.block
             before = self._recurrence(lower).sizes if lower >= 0 else np.zeros(0)
             values = orthonormal(recurrence, count - 1, self._usual(count))

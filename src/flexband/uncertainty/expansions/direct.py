@@ -11,7 +11,7 @@ from flexband.uncertainty.expansions.bounds.extremes import extremes
 from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
-from flexband.uncertainty.expansions.substitution import Substitution, substituted
+from flexband.uncertainty.expansions.substitution import Substitution, substitute
 
 
 @dataclass(frozen=True)
@@ -56,10 +56,10 @@ class DirectExpansion:
         which = np.searchsorted(self.outputs, outputs)
         return DirectExpansion(outputs, self.values.of_rows(len(self.outputs), which, times))
 
-    def substituted(
+    def substitute(
         self, substitutions: Mapping[int, Substitution], families: Sequence[Family]
     ) -> DirectExpansion:
-        return replace(self, values=substituted(self.values, substitutions, families))
+        return replace(self, values=substitute(self.values, substitutions, families))
 
     def of_hybrid(self, hybrid: HybridExpansion) -> DirectExpansion:
         return replace(self, values=hybrid)

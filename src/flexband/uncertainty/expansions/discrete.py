@@ -23,7 +23,7 @@ class DiscretePolynomials:
     probabilities: tuple[float, ...]
 
     name = "discrete"
-    bounded = True
+    has_finite_bounds = True
 
     @property
     def last_order(self) -> int:

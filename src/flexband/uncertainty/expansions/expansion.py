@@ -69,10 +69,10 @@ class Expansion(Protocol):
         """Return the expansion of some of its outputs, by number, at some of the times."""
         ...
 
-    def substituted(
+    def substitute(
         self, substitutions: Mapping[int, Substitution], families: Sequence[Family]
     ) -> Expansion:
-        """Return the expansion in other variables; see `substitution.substituted`."""
+        """Return the expansion in other variables; see `substitution.substitute`."""
         ...
 
     def of_hybrid(self, hybrid: HybridExpansion) -> Expansion:

@@ -38,7 +38,7 @@ class Family(Protocol):
         ...
 
     @property
-    def bounded(self) -> bool:
+    def has_finite_bounds(self) -> bool:
         """Whether ξ has finite bounds."""
         ...
 
@@ -74,7 +74,7 @@ class Hermite:
 
     name: str = "Hermite"
     highest: int = 8
-    bounded: bool = False
+    has_finite_bounds: bool = False
     last_order: float = math.inf
 
     def values(self, order: int, x: np.ndarray) -> np.ndarray:
@@ -108,7 +108,7 @@ class Legendre:
 
     name: str = "Legendre"
     highest: int = 20
-    bounded: bool = True
+    has_finite_bounds: bool = True
     last_order: float = math.inf
 
     def values(self, order: int, x: np.ndarray) -> np.ndarray:

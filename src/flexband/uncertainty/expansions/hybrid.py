@@ -43,8 +43,8 @@ def term_values(values: Iterable[np.ndarray], index: np.ndarray, points: int) ->
     return reduce(np.multiply, factors, np.ones((points, 1)))
 
 
-def transformed(values: np.ndarray, matrices: Sequence[np.ndarray]) -> np.ndarray:
-    """Return values (Π columns, series) on a tensor product transformed by a matrix per factor."""
+def transform_tensor(values: np.ndarray, matrices: Sequence[np.ndarray]) -> np.ndarray:
+    """Apply one matrix per factor to values (Π columns, series) on a tensor product."""
     before = 1
     for matrix in matrices:
         blocks = values.reshape(before, matrix.shape[1], -1)
@@ -57,10 +57,10 @@ def transformed(values: np.ndarray, matrices: Sequence[np.ndarray]) -> np.ndarra
     return values.reshape(before, -1)
 
 
-def overwritten(
+def map_in_place(
     values: np.ndarray, function: Callable[[np.ndarray], np.ndarray], at_once: int = 4096
 ) -> np.ndarray:
-    """Return values with their columns replaced by a function of them, some at a time, in place."""
+    """Replace the columns of values by a function of them, `at_once` columns at a time."""
     for first in range(0, values.shape[1], at_once):
         columns = values[:, first : first + at_once]
         columns[:] = function(columns)
@@ -164,9 +164,9 @@ class HybridExpansion:
         ]
         index = tensor_index([*(len(x) - 1 for x in interval_nodes), *random_orders])
         if overwrite:
-            values = overwritten(values, lambda columns: transformed(columns, transforms))
+            values = map_in_place(values, lambda columns: transform_tensor(columns, transforms))
         else:
-            values = transformed(values, transforms)
+            values = transform_tensor(values, transforms)
         return HybridExpansion(tuple(families), index, values)
 
     def arrays(self) -> dict[str, np.ndarray]:
@@ -201,7 +201,7 @@ class HybridExpansion:
         """Return the expansion of the series times a factor, or times one factor each."""
         return replace(self, coefficients=factor * self.coefficients)
 
-    def formed(self) -> HybridExpansion:
+    def to_hybrid(self) -> HybridExpansion:
         """Return the expansion itself, which has its coefficients."""
         return self
 
@@ -211,8 +211,8 @@ class HybridExpansion:
         coefficients = coefficients if len(which) == rows else coefficients[:, which]
         return replace(self, coefficients=coefficients.reshape(len(coefficients), -1))
 
-    def placed(self, rows: int, total_rows: int, places: np.ndarray) -> HybridExpansion:
-        """Return an expansion of `total_rows` rows, zero but for those at `places`, of this one."""
+    def embed_rows(self, rows: int, total_rows: int, places: np.ndarray) -> HybridExpansion:
+        """Return an expansion of `total_rows` rows: this one's at `places`, zero elsewhere."""
         series = self.coefficients.reshape(len(self.index), rows, -1)
         coefficients = np.zeros((len(series), total_rows, series.shape[2]))
         coefficients[:, places] = series
@@ -229,8 +229,8 @@ class HybridExpansion:
         return mean_squares(self.random_index, self.families)
 
     @property
-    def weighted(self) -> np.ndarray:
-        """The coefficients times √γ_j, with which σ² is a sum of squares."""
+    def orthonormal_coefficients(self) -> np.ndarray:
+        """The coefficients of orthonormal Ψ_j, times √γ_j: σ² is a sum of their squares."""
         return self.coefficients * np.sqrt(self.norms)[self.j, None]
 
     def chebyshev(self, eta: np.ndarray) -> np.ndarray:

@@ -36,17 +36,17 @@ def bounded_terms(dimension: int, order: int, q_norm: float, max_terms: int) -> 
     """Return the terms ν with Σ ν_v^q ≤ p^q, 0 < q ≤ 1, the constant first, at most `max_terms`."""
     sizes = [(k, (k / order) ** q_norm) for k in range(1, order + 1)]
 
-    def contained(orders: Orders, remaining: float) -> Iterator[Orders]:
-        """Yield the orders of the variables that a term contains."""
+    def extend_term(orders: Orders, remaining: float) -> Iterator[Orders]:
+        """Yield these orders of the variables of a term, and those with further variables."""
         yield orders
         if len(orders) < dimension:
             for k, size in itertools.takewhile(lambda pair: pair[1] <= remaining, sizes):
-                yield from contained((*orders, k), remaining - size)
+                yield from extend_term((*orders, k), remaining - size)
 
     # Count the terms before they are made.
     order_tuples = []
     terms = 0
-    for orders in contained((), 1 + 1e-9):
+    for orders in extend_term((), 1 + 1e-9):
         order_tuples.append(orders)
         terms += math.comb(dimension, len(orders))
         if terms > max_terms:
@@ -111,8 +111,8 @@ class TermSizes:
                 rate = np.minimum(size / constant, 1.0) ** (1 / nu[v])
                 self.rates[v] = np.maximum(self.rates[v], rate)
 
-    def expected(self, nu: Orders) -> np.ndarray:
-        """Return the expected size of a term whose lower terms are known, shape (parts,)."""
+    def estimate_size(self, nu: Orders) -> np.ndarray:
+        """Estimate the size of a term from those of its lower terms, shape (parts,)."""
         size = np.full(self.rates.shape[1], np.inf)
         for v, k in enumerate(nu):
             if k:
@@ -128,7 +128,7 @@ class TermSizes:
         """Return the sum of the expected sizes of further terms, lower ones first, (parts,)."""
         total = np.zeros(self.rates.shape[1])
         for nu in map(tuple, index.tolist()):
-            self.sizes[nu] = self.expected(nu)
+            self.sizes[nu] = self.estimate_size(nu)
             total += self.sizes[nu]
         return total
 
@@ -141,13 +141,13 @@ class TermSizes:
             best = max(candidates, key=lambda nu: (candidates[nu], -sum(nu), nu))
             del candidates[best]
             new_terms.append(best)
-            self.sizes[best] = self.expected(best)
+            self.sizes[best] = self.estimate_size(best)
             candidates |= {nu: self._sum(nu) for nu in self._above(best, highest)}
         self.sizes = old_sizes
         return np.array(new_terms, dtype=int).reshape(len(new_terms), len(self.rates))
 
     def _sum(self, nu: Orders) -> float:
-        return round(float(self.expected(nu).sum()), ROUNDING_DIGITS)
+        return round(float(self.estimate_size(nu).sum()), ROUNDING_DIGITS)
 
     def _above(self, mu: Orders, highest: np.ndarray) -> Iterator[Orders]:
         """Yield the terms one order above μ whose lower terms are all known."""

@@ -45,17 +45,18 @@ class Interpolation:
 
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return its series at points of shape (points, n) and (points, m)."""
-        return self._combined(self.polynomials.terms(xi, eta) @ self.inverse)
+        return self._combine_runs(self.polynomials.terms(xi, eta) @ self.inverse)
 
     def of_rows(self, rows: int, which: np.ndarray, times: slice | np.ndarray) -> Interpolation:
         del rows
         return replace(self, values=self.values[..., times], rows=self.rows[which])
 
-    def formed(self) -> HybridExpansion:
-        return replace(self.polynomials, coefficients=self._combined(self.inverse))
+    def to_hybrid(self) -> HybridExpansion:
+        """Return the expansion with the coefficients of its polynomials."""
+        return replace(self.polynomials, coefficients=self._combine_runs(self.inverse))
 
-    def _combined(self, factors: np.ndarray) -> np.ndarray:
-        """Return sums of the runs with these factors, shape (sums, rows × times)."""
+    def _combine_runs(self, factors: np.ndarray) -> np.ndarray:
+        """Return linear combinations of the runs, shape (combinations, rows × times)."""
         if len(self.rows) == self.values.shape[1]:
             return factors @ self.values.reshape(len(self.values), -1)
         sums = np.empty((len(factors), len(self.rows), self.values.shape[2]))

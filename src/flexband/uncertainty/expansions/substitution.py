@@ -66,7 +66,7 @@ def random_part(
     """
 
     @cache
-    def projected(order: int) -> tuple[np.ndarray, np.ndarray]:
+    def project_polynomials(order: int) -> tuple[np.ndarray, np.ndarray]:
         matrix = missed = np.ones((1, 1))
         for new_order in range(order, order + more_orders + 1):
             x, weights = new.gauss(order + new_order + 2)
@@ -80,10 +80,12 @@ def random_part(
                 break
         return matrix, np.maximum(missed, 0.0)
 
-    return Substitution(lambda k: projected(k)[0], missed=lambda k: projected(k)[1])
+    return Substitution(
+        lambda k: project_polynomials(k)[0], missed=lambda k: project_polynomials(k)[1]
+    )
 
 
-def substituted(
+def substitute(
     expansion: HybridExpansion,
     substitutions: Mapping[int, Substitution],
     families: Sequence[Family],

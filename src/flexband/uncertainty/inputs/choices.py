@@ -106,14 +106,14 @@ class Chosen(Input):
 
     @property
     @abstractmethod
-    def covered(self) -> Interval:
-        """All values that the number can have."""
+    def full_interval(self) -> Interval:
+        """The interval of all values that the number can have."""
 
     def value(self, standard: np.ndarray) -> np.ndarray:
-        return self.covered.value(standard)
+        return self.full_interval.value(standard)
 
     def standard(self, value: np.ndarray) -> np.ndarray:
-        return self.covered.standard(value)
+        return self.full_interval.standard(value)
 
 
 @frozen()
@@ -149,8 +149,8 @@ class Sizing(Chosen):
         return self.tolerance
 
     @property
-    def covered(self) -> Interval:
-        """All values that the size can have with its tolerance."""
+    def full_interval(self) -> Interval:
+        """The interval of all values that the size can have with its tolerance."""
         return Interval(self.lower - self.tolerance, self.upper + self.tolerance)
 
 
@@ -172,5 +172,5 @@ class Compensator(Chosen):
     upper: float
 
     @property
-    def covered(self) -> Interval:
+    def full_interval(self) -> Interval:
         return Interval(self.lower, self.upper)

@@ -29,7 +29,7 @@ class Constant(Input):
     def as_numbers(self, name: str, standard: np.ndarray) -> dict[str, np.ndarray]:
         return {}
 
-    def recorded(self, name: str, standard: np.ndarray) -> dict[str, np.ndarray]:
+    def run_numbers(self, name: str, standard: np.ndarray) -> dict[str, np.ndarray]:
         """Return the value, unless it is a text."""
         if isinstance(self.constant, str):
             return {}

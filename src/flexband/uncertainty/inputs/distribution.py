@@ -76,12 +76,15 @@ class Distribution(Input):
             for corner in product(
                 *((interval.lower, interval.upper) for interval in self.intervals.values())
             ):
-                self.replaced(dict(zip(self.intervals, corner, strict=True)))
+                self.with_parameters(dict(zip(self.intervals, corner, strict=True)))
             return
         super().__post_init__()
         self.check()
         remark_limit = 1e-3  # part of the variance that polynomials of the highest order may miss
-        if isinstance(self.family, Hermite) and (missing_share := self._missed()) > remark_limit:
+        if (
+            isinstance(self.family, Hermite)
+            and (missing_share := self._residual_share()) > remark_limit
+        ):
             warn(
                 f"{self!r} has a heavy tail: expansions up to order {HERMITE.highest} miss "
                 f"{100 * missing_share:.2g} % of its variance; use LHSScanning with many samples"
@@ -118,18 +121,18 @@ class Distribution(Input):
     @property
     def support(self) -> tuple[float, float]:
         """The lowest and the highest possible value; infinite if there is none."""
-        low, high = self._frozen.support()
+        low, high = self._scipy_distribution.support()
         return float(low), float(high)
 
     @cached_property
-    def _frozen(self) -> FrozenDistribution:
-        """The frozen distribution: SciPy takes a millisecond to make one."""
+    def _scipy_distribution(self) -> FrozenDistribution:
+        """The `frozen` distribution, kept since SciPy takes a millisecond to make one."""
         frozen = self.frozen
         assert frozen is not None
         return frozen
 
     @property
-    def bounded(self) -> bool:
+    def has_finite_bounds(self) -> bool:
         """Whether all values are between finite bounds."""
         return bool(np.isfinite(self.support).all())
 
@@ -143,9 +146,9 @@ class Distribution(Input):
         middles = {
             name: (interval.lower + interval.upper) / 2 for name, interval in self.intervals.items()
         }
-        return self.replaced(middles) if middles else self
+        return self.with_parameters(middles) if middles else self
 
-    def replaced(self, parameters: Mapping[str, float | Input]) -> Self:
+    def with_parameters(self, parameters: Mapping[str, float | Input]) -> Self:
         return replace(self, **parameters)
 
     def at(self, parameters: Mapping[str, Numbers]) -> Self:
@@ -159,7 +162,7 @@ class Distribution(Input):
 
     def at_normal(self, z: np.ndarray) -> np.ndarray:
         """Return the increasing function of a standard normal z that is distributed so, (n,)."""
-        frozen = self._frozen
+        frozen = self._scipy_distribution
         below = np.minimum(z, 0.0)
         above = np.maximum(z, 0.0)
         with warnings.catch_warnings():  # of SciPy's, about quantiles of rare values
@@ -170,8 +173,8 @@ class Distribution(Input):
 
     def to_normal(self, value: np.ndarray) -> np.ndarray:
         """Return z of values, (n,): the inverse of `at_normal`."""
-        below = self._frozen.cdf(value)
-        above = self._frozen.sf(value)
+        below = self._scipy_distribution.cdf(value)
+        above = self._scipy_distribution.sf(value)
         return np.where(below < 0.5, ndtri(below), -ndtri(above))
 
     def hermite_coefficients(self, order: int, points: int) -> np.ndarray:
@@ -180,11 +183,11 @@ class Distribution(Input):
         polynomials = HERMITE.values(order, nodes) / np.sqrt(HERMITE.norms(order))
         return (weights * self.at_normal(nodes)) @ polynomials
 
-    def _missed(self) -> float:
+    def _residual_share(self) -> float:
         """Return the part of the variance that Hermite polynomials of the highest order miss."""
         rule = 60  # Gauss points
         terms = self.hermite_coefficients(HERMITE.highest, rule)
-        return float(1 - np.sum(terms[1:] ** 2) / self._frozen.var())
+        return float(1 - np.sum(terms[1:] ** 2) / self._scipy_distribution.var())
 
     @cached_property
     def light(self) -> bool:
@@ -216,7 +219,7 @@ class Distribution(Input):
     def standard(self, value: np.ndarray) -> np.ndarray:
         """Return ξ of values; those that are impossible raise `InputError`."""
         low, high = self.support
-        slack = 1e-9 * (high - low) if self.bounded else 0.0
+        slack = 1e-9 * (high - low) if self.has_finite_bounds else 0.0
         outside = (value < low - slack) | (value > high + slack)
         if np.any(outside):
             worst = np.ravel(value)[np.ravel(outside)][0]
@@ -224,7 +227,7 @@ class Distribution(Input):
         value = np.clip(value, low, high)
         family = self.family
         if isinstance(family, DensityPolynomials):
-            return family.standardized(value)
+            return family.standardize(value)
         return self.to_normal(value)
 
     def rule(self, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -291,7 +294,7 @@ def checked_std(distribution: Spread | Moments, mean: float) -> float:
         raise InputError(f"{name} must have either std or cv; got {text}")
     if distribution.cv is not None:
         cv = check_numbers(f"{name} cv", distribution.cv)
-        _scattering(name, "cv", cv)
+        _check_scatter(name, "cv", cv)
         if cv > distribution.usual_cv:
             warn(
                 f"{name} cv is {cv:g}, a standard deviation of {cv:g} times the mean; is it in per "
@@ -301,12 +304,12 @@ def checked_std(distribution: Spread | Moments, mean: float) -> float:
             raise InputError(f"{name} cv must be given as std where the mean is 0")
     spread = distribution.std if distribution.cv is None else distribution.cv * abs(mean)
     std = float(check_numbers(f"{name} std", spread))  # pyright: ignore[reportArgumentType]
-    _scattering(name, "std", std)
+    _check_scatter(name, "std", std)
     check_spread(f"{name} std", std, mean)
     return std
 
 
-def _scattering(name: str, parameter: str, spread: Numbers) -> None:
+def _check_scatter(name: str, parameter: str, spread: Numbers) -> None:
     if spread == 0:
         raise InputError(f"{name} {parameter} must be positive; got 0. {NO_SCATTER}")
     check_positive(f"{name} {parameter}", spread)

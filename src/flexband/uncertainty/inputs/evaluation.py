@@ -173,8 +173,8 @@ def align_batch(part: xr.DataArray, labels: xr.DataArray) -> xr.DataArray:
     first = labels.dims[1:], labels.shape[1:]
     if set(part.dims) != set(labels.dims):
         raise InputError(
-            f"the response must return dims {_shown(first[0])} in all runs, as in the first ones; "
-            f"got {_shown(part.dims[1:])}"
+            f"the response must return dims {_dims_text(first[0])} in all runs, "
+            f"as in the first ones; got {_dims_text(part.dims[1:])}"
         )
     if part.dims != labels.dims:
         part = part.transpose(*labels.dims)
@@ -205,7 +205,7 @@ def align_batch(part: xr.DataArray, labels: xr.DataArray) -> xr.DataArray:
     return part
 
 
-def _shown(dims: tuple[Hashable, ...]) -> str:
+def _dims_text(dims: tuple[Hashable, ...]) -> str:
     return f"({', '.join(map(str, dims))})"
 
 

@@ -80,13 +80,13 @@ class Input(ABC):
         """Return the input with numbers, or one per sample, for parameters that are intervals."""
         return self
 
-    def replaced(self, parameters: Mapping[str, float | Input]) -> Input:
+    def with_parameters(self, parameters: Mapping[str, float | Input]) -> Input:
         """Return the input with other numbers or intervals as parameters."""
         return replace(self, **parameters)
 
     def with_tolerance(self, tolerance: float) -> Input:
         """Return the input with another `tolerance_or_std`, about the same middle."""
-        return self.replaced({"std": tolerance})
+        return self.with_parameters({"std": tolerance})
 
     @abstractmethod
     def value(self, standard: np.ndarray) -> np.ndarray | FunctionOfPosition:
@@ -96,8 +96,8 @@ class Input(ABC):
         """Return the values as arrays of shape (n,), by names for results."""
         return {name: np.asarray(self.value(standard))}
 
-    def recorded(self, name: str, standard: np.ndarray) -> dict[str, np.ndarray]:
-        """Return what tells runs apart: the values, or the variables of what has none."""
+    def run_numbers(self, name: str, standard: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the numbers that identify runs: values, or the variables of what has none."""
         numbers = self.as_numbers(name, standard)
         return numbers or {f"{name}[{k}]": column for k, column in enumerate(standard.T)}
 

@@ -92,14 +92,16 @@ def part_of(space: Space, changes: GivenInputs) -> NarrowedInputs:
         owner, _, parameter = name.rpartition(".")
         new = _new(name, change) if old.numeric else Constant(change)  # pyright: ignore[reportArgumentType]
         if isinstance(old, RandomField) and isinstance(new, RandomField) and new.domain is None:
-            new = new.placed(old.domain)
+            new = new.with_domain(old.domain)
         try:
             parts = _substitutions(old, new, keeps=name in space.parameters)
         except InputError as error:
             raise InputError(f"{name}: {error}") from None
         if name in space.parameters:  # it stays an interval, maybe of no width
             interval = Interval(change, change) if is_number(change) else new
-            owners[owner] = owners.get(owner, space.inputs[owner]).replaced({parameter: interval})
+            owners[owner] = owners.get(owner, space.inputs[owner]).with_parameters(
+                {parameter: interval}
+            )
         else:
             inputs[name] = change if is_number(change) else new
         for k, (substitution, *where) in enumerate(parts, first[name]):
@@ -142,7 +144,7 @@ def fix_inputs(
     first = _numbers_of_variables(space)
     substitutions = {}
     means = {name: input_.mean_or_midpoint() for name, input_ in space.uncertain.items()}
-    xi, eta = space.standardized(means)
+    xi, eta = space.standardize(means)
     m = space.interval_dimension
     families = space.families
     for name in names:
@@ -169,7 +171,7 @@ def _old(space: Space, name: str) -> Input:
     if old is None:
         uncertain = ", ".join(space.uncertain)
         raise InputError(f"{name} must be one of the uncertain inputs {uncertain}")
-    if name in space.correlated:
+    if name in space.dependent_names:
         raise InputError(f"{name} cannot be narrowed, since it is correlated with others")
     if old.random and old.intervals:
         parameter_names = " and ".join(f"{name}.{parameter}" for parameter in old.intervals)

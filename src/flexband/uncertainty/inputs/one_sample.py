@@ -37,7 +37,10 @@ def of_one_sample(response: Response, arguments: Arguments, error: Exception) ->
     shape = _shape_of_result(response, {k: _copies(v, middle) for k, v in arguments.items()})
     if shape and shape[0] == COPIES:
         return None
-    if _shape_of_result(response, {k: _one(v, middle) for k, v in arguments.items()}) is None:
+    if (
+        _shape_of_result(response, {k: _select_sample(v, middle) for k, v in arguments.items()})
+        is None
+    ):
         return None
     reason = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
     input_error = InputError(
@@ -77,8 +80,8 @@ def _copies(value: np.ndarray | FunctionOfPosition, k: int) -> np.ndarray | Func
     return np.repeat(value[..., k : k + 1], COPIES, axis=-1)
 
 
-def _one(value: np.ndarray | FunctionOfPosition, k: int) -> Sample:
-    """Return sample k: a number or text of Python, or a function of positions."""
+def _select_sample(value: np.ndarray | FunctionOfPosition, k: int) -> Sample:
+    """Select sample k: a number or text of Python, or a function of positions."""
     if callable(value):
         return lambda x: _plain(_row(value(x), k))
     return _plain(value[..., k])

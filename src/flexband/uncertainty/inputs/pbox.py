@@ -56,8 +56,8 @@ class PBox(Score):
     def at(self, parameters: Mapping[str, Numbers]) -> Input:
         return _Transported(self._middle, self.distribution.at(parameters))
 
-    def replaced(self, parameters: Mapping[str, float | Input]) -> Distribution:
-        return self.distribution.replaced(parameters)
+    def with_parameters(self, parameters: Mapping[str, float | Input]) -> Distribution:
+        return self.distribution.with_parameters(parameters)
 
     def value(self, standard: np.ndarray) -> np.ndarray:
         """Return values at the midpoints of the parameters."""

@@ -63,7 +63,7 @@ class Space:
         return {name: i for name, i in self.user_inputs.items() if isinstance(i, Correlated)}
 
     @property
-    def correlated(self) -> set[str]:
+    def dependent_names(self) -> set[str]:
         """The names of inputs that depend on others."""
         return {name for group in self.groups.values() for name in group.inputs}
 
@@ -162,10 +162,10 @@ class Space:
 
     def values(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray | FunctionOfPosition]:
         """Return the inputs' values for ξ of shape (runs, n) and η of shape (runs, m)."""
-        pairs = self._placed(xi, eta).items()
+        pairs = self._inputs_at(xi, eta).items()
         return {name: input_.value(standard) for name, (input_, standard) in pairs}
 
-    def _placed(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, tuple[Input, np.ndarray]]:
+    def _inputs_at(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, tuple[Input, np.ndarray]]:
         """Return the inputs at values of their parameters, and their variables, by name."""
         # unlike that of a matrix product, the rounding of a row does not depend on other rows
         scores = xi if self.factor is None else np.einsum("rj,ij->ri", xi, self.factor)
@@ -202,18 +202,18 @@ class Space:
     def numbers_at(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray]:
         """Return the values of uncertain numbers and of control points of fields, (runs,) each."""
         numbers: dict[str, np.ndarray] = {}
-        for name, (input_, standard) in self._placed(xi, eta).items():
+        for name, (input_, standard) in self._inputs_at(xi, eta).items():
             numbers |= input_.as_numbers(name, standard)
         return numbers
 
     def recorded_at(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray]:
         """Return `numbers_at`, variables of random fields, and constants, which tell runs apart."""
         run_numbers: dict[str, np.ndarray] = {}
-        for name, (input_, standard) in self._placed(xi, eta).items():
-            run_numbers |= input_.recorded(name, standard)
+        for name, (input_, standard) in self._inputs_at(xi, eta).items():
+            run_numbers |= input_.run_numbers(name, standard)
         return run_numbers
 
-    def standardized(self, values: Mapping[str, Numbers]) -> tuple[np.ndarray, np.ndarray]:
+    def standardize(self, values: Mapping[str, Numbers]) -> tuple[np.ndarray, np.ndarray]:
         """Return ξ and η of the inputs' values, shapes (runs, n) and (runs, m).
 
         Values have shape (runs,) or (); a random field is given by its standard variables, (runs,
@@ -240,15 +240,15 @@ class Space:
             raise InputError(f"values must be equally many; got {sorted(counts)}")
         runs = counts.pop() if counts else 1
 
-        def joined(*, random: bool) -> np.ndarray:
+        def join_blocks(*, random: bool) -> np.ndarray:
             blocks = [columns[name] for name in self.of_kind(random=random)]
             full_blocks = (np.broadcast_to(c, (runs, c.shape[1])) for c in blocks)
             return np.concatenate([np.zeros((runs, 0)), *full_blocks], axis=1)
 
-        xi = joined(random=True)
+        xi = join_blocks(random=True)
         if self.factor is not None:
             xi = solve_triangular(self.factor, xi.T, lower=True).T
-        return xi, joined(random=False)
+        return xi, join_blocks(random=False)
 
 
 def _parameters(name: str, input_: Input, values: Mapping[str, Numbers]) -> dict[str, Numbers]:
@@ -381,5 +381,5 @@ def locate_fields(
                 f"{name}: {field.kind} needs a domain=(start, end), since the response evaluates "
                 f"it at {f'one position only, {x[0]:g}' if len(x) else 'no position'}"
             )
-        new_inputs[name] = field.placed((float(x.min()), float(x.max())))
+        new_inputs[name] = field.with_domain((float(x.min()), float(x.max())))
     return new_inputs, runs

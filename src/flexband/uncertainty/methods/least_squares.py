@@ -182,7 +182,9 @@ class RegressionPCCI(ExpansionMethod):
             attrs={"terms": len(index), **trusted.attrs},
         )
         surrogate = Surrogate(space, values[:0], (expansion,), diagnostics)
-        return evaluate.corrected(surrogate, (*points, signal)) if self.correct else surrogate
+        return (
+            evaluate.correct_surrogate(surrogate, (*points, signal)) if self.correct else surrogate
+        )
 
 
 def check_determined(terms: np.ndarray) -> None:

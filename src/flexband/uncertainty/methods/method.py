@@ -57,7 +57,7 @@ class Evaluate(ABC):
         """Return uncounted runs at all steps, evenly between the response's times, or None."""
         return None
 
-    def corrected(
+    def correct_surrogate(
         self,
         surrogate: Surrogate,
         runs: tuple[np.ndarray, np.ndarray, np.ndarray],

@@ -34,8 +34,8 @@ class OrdersByName(dict[str, int]):
         return hash(frozenset(self.items()))
 
 
-def shown(order: Order) -> str:
-    """Return an order as text, or the orders of all inputs joined by slashes."""
+def order_text(order: Order) -> str:
+    """Return the text of an order, or of the orders of all inputs, with slashes between them."""
     return "/".join(map(str, order.values())) if isinstance(order, Mapping) else str(order)
 
 
@@ -101,7 +101,7 @@ class PCCI(ExpansionMethod):
 
     @property
     def label(self) -> str:
-        return f"{self.name} ({shown(self.random_order)}, {shown(self.interval_order)})"
+        return f"{self.name} ({order_text(self.random_order)}, {order_text(self.interval_order)})"
 
     def __post_init__(self) -> None:
         for name in ("random_order", "interval_order"):
@@ -154,7 +154,7 @@ class PCCI(ExpansionMethod):
         surrogate = Surrogate(space, values[:0], (direct,), diagnostics)
         if not self.correct:
             return surrogate
-        return evaluate.corrected(surrogate, (*points, series(values)), nodes)
+        return evaluate.correct_surrogate(surrogate, (*points, series(values)), nodes)
 
 
 @frozen()

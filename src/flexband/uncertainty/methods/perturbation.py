@@ -16,7 +16,7 @@ from flexband.uncertainty.expansions.hybrid import (
     HybridExpansion,
     tensor_index,
     tensor_points,
-    transformed,
+    transform_tensor,
 )
 from flexband.uncertainty.expansions.polynomials import (
     chebyshev_values,
@@ -25,7 +25,7 @@ from flexband.uncertainty.expansions.polynomials import (
 )
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import HELD, Evaluate, ExpansionMethod
-from flexband.uncertainty.methods.pcci import Order, checked_order, of_variables, shown
+from flexband.uncertainty.methods.pcci import Order, checked_order, of_variables, order_text
 from flexband.uncertainty.surrogates.axes import axes_of, series
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -89,7 +89,8 @@ class PerturbationChebyshev(ExpansionMethod):
     @property
     def label(self) -> str:
         return (
-            f"{self.name} ({shown(self.interval_order)}{(', improved' if self.improved else '')})"
+            f"{self.name} ({order_text(self.interval_order)}"
+            f"{(', improved' if self.improved else '')})"
         )
 
     def runs(self, space: Space) -> int:
@@ -125,7 +126,7 @@ class PerturbationChebyshev(ExpansionMethod):
         terms = tensor_index(orders)
         first = np.eye(n + 1, n, -1, dtype=int)  # the constant, and order 1 in each ξ
         index = np.hstack([np.repeat(terms, n + 1, axis=0), np.tile(first, (len(terms), 1))])
-        coefficients = transformed(flat, [*chebyshev, linear])
+        coefficients = transform_tensor(flat, [*chebyshev, linear])
         expansion = HybridExpansion(space.families, index, coefficients, space.discs)
         # The indicator of what is left out.
         curved = np.abs(bend @ flat.reshape(len(eta), len(xi), -1)).sum(axis=1).max(axis=0)
@@ -137,7 +138,9 @@ class PerturbationChebyshev(ExpansionMethod):
         )
         surrogate = Surrogate(space, values[:0], (direct,), diagnostics)
         return (
-            evaluate.corrected(surrogate, (*points, series(values))) if self.correct else surrogate
+            evaluate.correct_surrogate(surrogate, (*points, series(values)))
+            if self.correct
+            else surrogate
         )
 
     def _differences(self, space: Space) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -77,14 +77,14 @@ class TensorDesign:
         values = [f.values(k + 1, x)[:, -1] ** 2 / f.norms(k + 1)[-1] for f, k, x in variables]
         return np.stack(values, axis=-1) if values else np.zeros(xi.shape)
 
-    def missed(
+    def variance_components(
         self,
         holdout: ResponseRuns,
         missed: np.ndarray,
         *,
         options: BandErrorOptions = BandErrorOptions(),
     ) -> np.ndarray:
-        """Return the mean square of a_v in each variable, intervals first, (outputs, variables).
+        """Return the mean square of a_v of each variable, intervals first, (outputs, variables).
 
         The likeliest ones are sought from equal ones on, if what is missed of a held-out run is
         normally distributed, with the variance Σ_v a_v² w_v²; as few steps as these do not separate
@@ -128,7 +128,7 @@ def error_of_bands(
     if not intervals + random:
         return np.stack([error.values, error.values])
     missed = error.choice.missed
-    square = design.missed(holdout, missed, options=options)
+    square = design.variance_components(holdout, missed, options=options)
     in_time = running_rms(np.sqrt(np.mean(missed**2, axis=0)), error.window)
     in_time /= np.maximum(in_time.mean(axis=-1, keepdims=True), 1e-300)
     # How much the bounds move if values at other places are off by what is missed there.

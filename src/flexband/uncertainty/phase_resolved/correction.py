@@ -50,7 +50,9 @@ def corrected_choice(
     refinement = Refinement(evaluate, 0.0)
     few = ResponseRuns(*(v[design.rows] for v in fitted))
     corrections = refinement.corrections(CoarseRuns(few, holdout, design.small), error, dt)
-    dataset = expectations(labels, error, of_expansion, corrections, evaluate, refinement.finer)
+    dataset = expectations(
+        labels, error, of_expansion, corrections, evaluate, refinement.fine_run_count
+    )
     if "corrected" not in dataset.attrs:
         warn(
             "correct=True corrects nothing: no more than a quarter of the error of step and "

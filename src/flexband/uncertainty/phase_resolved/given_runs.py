@@ -31,7 +31,7 @@ def corrected_expansion(
     """Return the surrogate of a method that expands values, corrected, with the error it expects.
 
     The error of the expansion is what the method expects, if it does, or what it misses in runs
-    that are made and held out here. Runs and nodes are as of `Evaluate.corrected`.
+    that are made and held out here. Runs and nodes are as of `Evaluate.correct_surrogate`.
     """
     space = surrogate.space
     labels = surrogate.labels

@@ -86,7 +86,7 @@ def follow(
         if multiple > 1 and np.allclose(psi, multiple * phases[0], rtol=1e-9):
             carrier = separation.harmonic(frequency, multiple)
         else:
-            carrier = separation.tracked(frequency, psi, options.passes)
+            carrier = separation.track_carrier(frequency, psi, options.passes)
             multiple = 0
         if carrier is None:
             return None
@@ -107,21 +107,21 @@ class Separation:
         self.carriers: list[Carrier] = []
         self.multiples: list[int] = []  # of the first carrier's phase; 0: not a harmonic
 
-    def tracked(self, frequency: float, psi: np.ndarray, passes: int) -> Carrier | None:
-        """Return the carrier near a phase ψ, (runs, times), in the rest; None if it is lost."""
+    def track_carrier(self, frequency: float, psi: np.ndarray, passes: int) -> Carrier | None:
+        """Track the carrier near a phase ψ, (runs, times), in the rest; None if it is lost."""
         arguments = self.rest, self.dt, frequency, psi, self.scale, passes
         return track(*arguments, align=self.align, options=self.options)
 
     def harmonic(self, frequency: float, multiple: int) -> Carrier | None:
         """Return the carrier whose phase is a multiple of the first carrier's."""
-        return self.tracked(frequency, multiple * self.carriers[0].phase, 0)
+        return self.track_carrier(frequency, multiple * self.carriers[0].phase, 0)
 
     def next_carrier(self, peaks: list[np.ndarray]) -> tuple[Carrier | None, int]:
         """Return the carrier of the first peak that can be tracked, and its multiple, or 0."""
         ramp = 2 * np.pi * self.dt * np.arange(self.rest.shape[-1])
         for frequencies in peaks:
             middle = float(frequencies.mean())
-            carrier = self.tracked(middle, frequencies[:, None] * ramp, self.options.passes)
+            carrier = self.track_carrier(middle, frequencies[:, None] * ramp, self.options.passes)
             if carrier is not None:
                 return carrier, 0
             ratio = middle / self.carriers[0].frequency if self.carriers else 0.0
@@ -141,7 +141,7 @@ class Separation:
             old.add_to(self.rest)
             frequency = old.frequency
             new_carrier = (
-                self.harmonic(frequency, h) if h else self.tracked(frequency, old.phase, 1)
+                self.harmonic(frequency, h) if h else self.track_carrier(frequency, old.phase, 1)
             )
             self.carriers[k] = old if new_carrier is None else new_carrier
             self.carriers[k].add_to(self.rest, -1.0)

@@ -20,7 +20,7 @@ from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion, Extremes
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
-from flexband.uncertainty.expansions.substitution import Substitution, substituted
+from flexband.uncertainty.expansions.substitution import Substitution, substitute
 from flexband.uncertainty.expansions.threads import in_threads
 from flexband.uncertainty.phases.carriers import CarrierOptions
 from flexband.uncertainty.phases.integration.rules import scan_points
@@ -92,10 +92,10 @@ class PhaseExpansion:
             outputs, parts, PartColumns.from_outputs(len(outputs), self.columns.carriers)
         )
 
-    def substituted(
+    def substitute(
         self, substitutions: Mapping[int, Substitution], families: Sequence[Family]
     ) -> PhaseExpansion:
-        return replace(self, parts=substituted(self.parts, substitutions, families))
+        return replace(self, parts=substitute(self.parts, substitutions, families))
 
     def of_hybrid(self, hybrid: HybridExpansion) -> PhaseExpansion:
         return replace(self, parts=hybrid)
@@ -138,13 +138,13 @@ def _search(
     size = np.maximum(smooth.max(axis=0), -smooth.min(axis=0))
     matter = np.any(size > SEARCH.negligible_coefficient * size.max(axis=0), axis=1)
     # Scan with the terms that matter, and search from the best points.
-    points, beside = scan_points(2 * orders[:m], reach[:m] * (not terms.saturated))
+    points, beside = scan_points(2 * orders[:m], reach[:m] * (not terms.averages_vanish))
     basis = np.ascontiguousarray(expansion.chebyshev(points)[:, expansion.i[matter]])
     if not matter.all():
         smooth = _compress(smooth, matter)
         index = index[matter]
     scan = (basis, points, beside)
-    moments = (terms.moments, terms.turning)
+    moments = (terms.moments, terms.phase_combinations)
     values = np.empty((len(targets), outputs, len(smooth)))
     places = np.empty((*values.shape, m))
     search(smooth, index, *scan, *moments, targets, SEARCH.descents, values, places)

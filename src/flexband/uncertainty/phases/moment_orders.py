@@ -146,7 +146,7 @@ def _sizes(terms: PartTerms) -> np.ndarray:
     )
     largest = outputs.sum(axis=1).max(axis=0)
     size = (outputs / np.where(largest > 0, largest, 1.0)).max(axis=(0, 2))
-    phase = 0.0 * phase if terms.saturated else 2 * phase
+    phase = 0.0 * phase if terms.averages_vanish else 2 * phase
     return np.stack([size, size * random, phase * index.any(axis=1), phase])
 
 

@@ -31,14 +31,14 @@ def mean_and_std(table: np.ndarray, columns: MomentColumns) -> tuple[np.ndarray,
     angles = phases[..., c] + s * phases[..., d] * (s != 0)
     blocks = table[..., : columns.phase].reshape(*table.shape[:-1], columns.outputs, -1)
 
-    def turned(real: int, imag: int, angles: np.ndarray) -> np.ndarray:
+    def harmonic_sum(real: int, imag: int, angles: np.ndarray) -> np.ndarray:
         count = angles.shape[-1]
         re = blocks[..., real : real + count]
         im = blocks[..., imag : imag + count]
         return np.sum(re * np.cos(angles)[..., None, :] - im * np.sin(angles)[..., None, :], -1)
 
-    mean = blocks[..., columns.mean] + turned(columns.mean_real, columns.mean_imag, phases)
-    turning = turned(columns.turn_real, columns.turn_imag, angles)
+    mean = blocks[..., columns.mean] + harmonic_sum(columns.mean_real, columns.mean_imag, phases)
+    turning = harmonic_sum(columns.turn_real, columns.turn_imag, angles)
     return mean, np.sqrt(np.maximum(blocks[..., columns.variance] + turning, 0.0))
 
 

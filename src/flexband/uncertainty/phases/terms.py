@@ -55,8 +55,8 @@ class PartTerms:
         return np.array([family == HERMITE for family in self.expansion.families], dtype=bool)
 
     @property
-    def turning(self) -> np.ndarray:
-        """The turning parts of σ²."""
+    def phase_combinations(self) -> np.ndarray:
+        """The combinations of phases that turn in σ², as rows of `turning_parts`."""
         return turning_parts(self.columns.carriers)
 
     @property
@@ -131,8 +131,8 @@ class PartTerms:
         return np.einsum("kv,tkc->tcv", first, self.phases)
 
     @cached_property
-    def saturated(self) -> bool:
-        """Whether all averages of turning parts over ξ vanish, at all η and times.
+    def averages_vanish(self) -> bool:
+        """Whether all averages over ξ of parts that turn vanish, at all η and times.
 
         Those over normal variables do if the phase changes fast enough with them, whatever the
         values of the others. Those over uniform variables decrease too slowly.
@@ -142,7 +142,7 @@ class PartTerms:
         weight = nonlinear * order * MOMENTS.slope_range ** np.maximum(order - 1, 0)
         bend = np.einsum("k,tkc->tc", weight, np.abs(self.phases))
         slope = self.slope()[:, :, self.normal]
-        for c, d, s in self.turning:
+        for c, d, s in self.phase_combinations:
             turn_slope = slope[:, c] + s * slope[:, d] * (s != 0)
             max_bend = bend[:, c] + bend[:, d] * (s != 0)
             if np.any(np.linalg.norm(turn_slope, axis=1) - max_bend < MOMENTS.saturated):
@@ -168,9 +168,9 @@ class PartTerms:
         phi = np.ascontiguousarray(expansion.chebyshev(eta))  # loops are compiled for one layout
         sections = Sections(self.coefficients, expansion.i, expansion.j, phi)
         index = np.ascontiguousarray(expansion.random_index)
-        filled = self.columns, self.moments, self.turning, table
+        filled = self.columns, self.moments, self.phase_combinations, table
         # Choose the cheapest way to integrate that resolves the phases.
-        if rule is None and self.saturated:
+        if rule is None and self.averages_vanish:
             without_turning(sections, norms, *filled)
             return table
         rule = rule or resolving_rule(self.over_random)

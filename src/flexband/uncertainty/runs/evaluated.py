@@ -75,7 +75,7 @@ class Evaluated:
         return np.stack(list(self.space.recorded_at(*self.points).values()), axis=1)
 
     @property
-    def missing(self) -> np.ndarray:
+    def pending_runs(self) -> np.ndarray:
         """Numbers of the runs that have no values yet."""
         return np.flatnonzero(~self._done_mask)
 
@@ -132,8 +132,8 @@ class Evaluated:
         of_good = {run: remarks for run, remarks in self.remarks.items() if run not in self.failed}
         return collected_remarks(self.space, self.points, of_good)
 
-    def judged(self, runs: np.ndarray, outcome: Outcome) -> Judgement:
-        """Return which runs of a call are good and their values, and which failed and why.
+    def judge_call(self, runs: np.ndarray, outcome: Outcome) -> Judgement:
+        """Judge the runs of a call: which are good, with their values, and which failed, and why.
 
         No run is named where an error does not tell which of several failed.
         """
@@ -158,7 +158,7 @@ class Evaluated:
             return without_values(reason, scalar or explain_error(error, self.space, *points))
         # Check labels and shape, and then that values are finite, run by run.
         try:
-            values = self._checked(value, len(runs)).values
+            values = self._align_labels(value, len(runs)).values
         except InputError as wrong:
             error = self._of_one_sample(runs, wrong) or wrong
             return without_values(str(error), error)
@@ -181,7 +181,7 @@ class Evaluated:
         self.probed = True
         return of_one_sample(self.response, self.arguments(runs), error)
 
-    def _checked(self, value: Any, count: int) -> xr.DataArray:
+    def _align_labels(self, value: Any, count: int) -> xr.DataArray:
         part = label_result(value, count)
         if self.labels is None:
             check_labels(part)

@@ -125,9 +125,9 @@ class Evaluations:
         evaluation = Evaluated(*arguments, probed=self.probed)
         if record is not None:
             self._look_up(evaluation, record, advance)
-        if response.elsewhere and len(evaluation.missing):
+        if response.elsewhere and len(evaluation.pending_runs):
             names = space.recorded_at(*space.nominal())
-            raise RunsNeeded(evaluation.numbers[evaluation.missing], names, setting)
+            raise RunsNeeded(evaluation.numbers[evaluation.pending_runs], names, setting)
         rounds = [self._parts(evaluation)]
         within = (lambda done, total: advance(0, done)) if self.perform is in_process else None
         while rounds:
@@ -180,12 +180,12 @@ class Evaluations:
                 evaluation.remarks[int(run)] = remarks_in(text)
         if self.failed == "skip":
             evaluation.leave_out({int(hits[k]): reason for k, reason in reasons.items()})
-        advance(len(rows) - len(evaluation.missing))
+        advance(len(rows) - len(evaluation.pending_runs))
 
     def _parts(self, evaluation: Evaluated) -> list[np.ndarray]:
         """Return the numbers of the missing runs by call: runs of one have the same options."""
         size = 1 if evaluation.response.one_by_one else self.batch
-        runs = evaluation.missing
+        runs = evaluation.pending_runs
         groups = evaluation.space.groups_of_options(evaluation.points[0][runs])
         return [runs[group[k : k + size]] for group in groups for k in range(0, len(group), size)]
 
@@ -195,7 +195,7 @@ class Evaluations:
         """Take the outcome of a call; return its failed runs, or None if these are not known."""
         seconds = outcome.seconds / len(runs)
         evaluation.remark(runs, outcome.remarks)
-        good_runs, values, failures, error = evaluation.judged(runs, outcome)
+        good_runs, values, failures, error = evaluation.judge_call(runs, outcome)
         if values is not None and len(good_runs):
             evaluation.take(good_runs, values)
             evaluation.write(good_runs, values, "", seconds)
@@ -239,7 +239,7 @@ class Evaluations:
             response = refinements["step"]
             tasks = [lambda: evaluation.arguments(run)]
             outcome = next(iter(self.perform(response.original, tasks)))[1]
-            good_runs, values, _, _ = evaluation.judged(run, outcome)
+            good_runs, values, _, _ = evaluation.judge_call(run, outcome)
             if values is not None and len(good_runs):
                 is_labelled = isinstance(outcome.value, xr.DataArray)
                 # by the response itself

@@ -62,12 +62,12 @@ def check_repetition(
         `limits.wrong`.
     """
     first_values = repeat_run(1)[0]
-    off, name = _apart(values, values[run], first_values, labels)
+    off, name = _largest_difference(values, values[run], first_values, labels)
     if off <= limits.rounding:
         return
     part = f"{100 * off:.2g} % of its variation" if np.isfinite(off) else "more than it varies"
     second_values = repeat_run(1)[0]
-    if _apart(values, first_values, second_values, labels)[0] > limits.rounding:
+    if _largest_difference(values, first_values, second_values, labels)[0] > limits.rounding:
         text = (
             f"the response returns other values if the same inputs are run again: {name} differs "
             f"by {part}. Is it noisy, or does it keep a state between calls?"
@@ -77,7 +77,10 @@ def check_repetition(
                 f"{text} An expansion would fit noise; fix the seed of random numbers, make them "
                 "an input, or use a scanning method"
             )
-    elif _apart(values, repeat_run(len(values))[run], values[run], labels)[0] <= limits.rounding:
+    elif (
+        _largest_difference(values, repeat_run(len(values))[run], values[run], labels)[0]
+        <= limits.rounding
+    ):
         text = (
             f"the place of a sample in its batch changes {name} by {part}. Does the response use "
             "the number of the sample, or is it chaotic, so that rounding matters?"
@@ -109,7 +112,7 @@ def check_stored(
     by more than `limits.rounding`. `labels` are those of a response.
     """
     pairs = zip(old, new, strict=True)
-    off, name = max(_apart(values, *pair, labels) for pair in pairs)
+    off, name = max(_largest_difference(values, *pair, labels) for pair in pairs)
     if off <= limits.rounding:
         return
     part = f"{100 * off:.2g} % of its variation" if np.isfinite(off) else "more than it varies"
@@ -122,10 +125,10 @@ def check_stored(
     warn(text, remarks=[Remark(RemarkKind.NOISE, text, size=off, outputs=(name,), error=off)])
 
 
-def _apart(
+def _largest_difference(
     values: np.ndarray, first_run: np.ndarray, second_run: np.ndarray, labels: xr.DataArray
 ) -> tuple[float, str]:
-    """Return how far two runs differ, in parts of an output's variation, and the worst output."""
+    """Return the largest difference of two runs, in parts of a variation, and its output."""
     runs = values.reshape(len(values), -1, axes_of(labels).times)
     deviation = np.abs(first_run - second_run).reshape(runs.shape[1:])
     size = np.maximum(runs.max(axis=(0, 2)), -runs.min(axis=(0, 2)))

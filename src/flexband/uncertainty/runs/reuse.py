@@ -60,7 +60,7 @@ def generic_runs(
     points = []
     for k in np.flatnonzero(_alone(numbers)):
         try:
-            point = space.standardized(dict(zip(names, numbers[k], strict=True)))
+            point = space.standardize(dict(zip(names, numbers[k], strict=True)))
         except InputError:  # it is outside
             continue
         points.append(point)
@@ -87,7 +87,7 @@ def locate_domains(
             if content["owner"] == _owner(response, store):
                 domains = content["domains"]
                 new_fields = {
-                    n: field.placed(tuple(domains[n])) for n, field in loose_fields.items()
+                    n: field.with_domain(tuple(domains[n])) for n, field in loose_fields.items()
                 }
                 return {**inputs, **new_fields}, 0
     return locate_fields(response, inputs)

@@ -446,7 +446,7 @@ class Level(Evaluate):
             return None
         return good_runs if len(good_runs) == len(xi) else None
 
-    def corrected(
+    def correct_surrogate(
         self,
         surrogate: Surrogate,
         runs: tuple[np.ndarray, np.ndarray, np.ndarray],

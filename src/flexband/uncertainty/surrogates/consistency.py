@@ -77,7 +77,7 @@ def _check_expansion(expansion: Expansion, n: int, m: int, times: int) -> None:
     _check_index(parts.index, n + m)
     if beta.dtype != np.float64 or beta.ndim != 2 or len(beta) != len(parts.index):
         raise InputError("coefficients of an expansion must be one per product of polynomials")
-    if np.any(np.abs(parts.weighted) > LARGEST):
+    if np.any(np.abs(parts.orthonormal_coefficients) > LARGEST):
         raise InputError("coefficients of an expansion are too large")
     xi = np.array([np.zeros(n), np.ones(n)])
     eta = np.array([np.zeros(m), np.ones(m)])

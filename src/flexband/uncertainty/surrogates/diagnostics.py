@@ -157,8 +157,8 @@ def stack_extremes(extremes: list[Extremes]) -> np.ndarray:
     return np.stack([e.values for e in extremes])
 
 
-def apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return how far interval means and error bars differ, mean of both bounds, (2, …)."""
+def mean_difference(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the difference of interval means and error bars, mean of both bounds, (2, …)."""
     return of_bands(np.abs(a - b))
 
 

@@ -133,7 +133,7 @@ def _recorded_inputs(inputs: GivenInputs) -> dict[str, Record]:
     records = {}
     for name, input_ in inputs.items():
         try:
-            records[name] = _recorded(as_input(input_))
+            records[name] = _to_record(as_input(input_))
         except InputError as error:
             raise InputError(f"{name}: {error}") from None
     return records
@@ -297,19 +297,19 @@ def _attributes(attributes: Mapping[Hashable, object]) -> dict[str, Record]:
     return {str(name): plain(value) for name, value in attributes.items()}
 
 
-def _recorded(value: object) -> Record:
-    """Return an input, or the value of one of its fields, as a record."""
+def _to_record(value: object) -> Record:
+    """Convert an input, or the value of one of its fields, to a record."""
     if isinstance(value, Input | Correlated | Choice):
         field_values = {f.name: getattr(value, f.name) for f in fields(value)}
         kind = type(value).__name__
         module = type(value).__module__
-        return {"input": kind, "module": module, "fields": _recorded(tuple(field_values.items()))}
+        return {"input": kind, "module": module, "fields": _to_record(tuple(field_values.items()))}
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if isinstance(value, Mapping):
         value = tuple(value.items())
     if isinstance(value, tuple | list):
-        return [_recorded(entry) for entry in value]
+        return [_to_record(entry) for entry in value]
     if value is None or isinstance(value, str | int | float):
         return value
     for key, functions in _FUNCTIONS.items():
@@ -318,7 +318,7 @@ def _recorded(value: object) -> Record:
                 return {key: name}
             if isinstance(function, type) and type(value) is function:
                 field_values = {f.name: getattr(value, f.name) for f in fields(function)}
-                return {key: name, "fields": _recorded(tuple(field_values.items()))}
+                return {key: name, "fields": _to_record(tuple(field_values.items()))}
     raise InputError(
         f"{value!r} cannot be saved; fields of inputs may be numbers, texts, tuples, inputs, None, "
         f"the correlations {', '.join(RandomField.correlations)} and functions in Field.functions"

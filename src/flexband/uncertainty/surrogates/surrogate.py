@@ -81,8 +81,8 @@ class Surrogate:
         return axes.time if axes.times == self.times else None
 
     @property
-    def uncorrected(self) -> Surrogate:
-        """The surrogate of the response with the error of step and elements that its runs have."""
+    def without_correction(self) -> Surrogate:
+        """The surrogate of the runs as they are, with their error of step and elements."""
         if not self.correction:
             return self
         pairs = zip(self.expansions, self.correction, strict=True)
@@ -91,14 +91,14 @@ class Surrogate:
         )
         return replace(self, expansions=expansions, correction=())
 
-    def corrected(self, values: np.ndarray, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
-        """Return the values of runs at ξ and η, (points, …), as the surrogate is corrected.
+    def apply_correction(self, values: np.ndarray, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        """Correct the values of runs at ξ and η, (points, …), as the surrogate is corrected.
 
         Only corrected runs can be compared with a corrected surrogate.
         """
         if not self.correction:
             return values
-        return values + (self.standard(xi, eta) - self.uncorrected.standard(xi, eta))
+        return values + (self.standard(xi, eta) - self.without_correction.standard(xi, eta))
 
     def with_attrs(self, **attrs: Any) -> Surrogate:
         """Return the surrogate with further attributes of its diagnostics."""
@@ -106,7 +106,7 @@ class Surrogate:
 
     def standard(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the response at ξ (points, n) and η (points, m), shape (points, …)."""
-        return self._joined([expansion.evaluate(xi, eta) for expansion in self.expansions])
+        return self._join_expansions([expansion.evaluate(xi, eta) for expansion in self.expansions])
 
     def evaluate(self, **values: np.ndarray) -> xr.DataArray:
         """Return the response at values of the inputs, dims ("sample", …).
@@ -123,14 +123,14 @@ class Surrogate:
         InputError
             If names are not those of the inputs, or a value lies outside its interval.
         """
-        xi, eta = self.space.standardized(values)
+        xi, eta = self.space.standardize(values)
         warn_of_extrapolation(self.space, xi, self.diagnostics.attrs)
-        return self._labelled(self.standard(xi, eta))
+        return self._label_values(self.standard(xi, eta))
 
     def standard_moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return μ and σ at η of shape (points, m), each of shape (points, …)."""
         moments = [expansion.moments(eta) for expansion in self.expansions]
-        mean, std = (self._joined(values) for values in zip(*moments, strict=True))
+        mean, std = (self._join_expansions(values) for values in zip(*moments, strict=True))
         return mean, std
 
     def moments(self, **intervals: np.ndarray) -> xr.Dataset:
@@ -138,8 +138,8 @@ class Surrogate:
 
         Parameters and errors are those of `evaluate`, for the interval inputs alone.
         """
-        _, eta = Space(self.space.of_kind(random=False)).standardized(intervals)
-        mean, std = map(self._labelled, self.standard_moments(eta))
+        _, eta = Space(self.space.of_kind(random=False)).standardize(intervals)
+        mean, std = map(self._label_values, self.standard_moments(eta))
         return xr.Dataset({"mean": mean, "std": std})
 
     def extremes(self, sigmas: float = 1.0) -> list[Extremes]:
@@ -166,7 +166,7 @@ class Surrogate:
         part = part_of(self.space, inputs)
         families = part.space.families
         expansions, correction = (
-            tuple(expansion.substituted(part.substitutions, families) for expansion in expansions)
+            tuple(expansion.substitute(part.substitutions, families) for expansion in expansions)
             for expansions in (self.expansions, self.correction)
         )
         surrogate = replace(
@@ -207,10 +207,10 @@ class Surrogate:
             result.merge(diagnostics).assign_attrs(diagnostics.attrs | result.attrs)
         )
 
-    def _joined(self, values: Sequence[np.ndarray]) -> np.ndarray:
-        """Return values (points, outputs, times) of all expansions, shape (points, …)."""
+    def _join_expansions(self, values: Sequence[np.ndarray]) -> np.ndarray:
+        """Join values (points, outputs, times) of all expansions to the shape (points, …)."""
         joint = join_outputs(self.expansions, values, 1)
         return joint.reshape(len(joint), *self.labels.shape[1:])
 
-    def _labelled(self, values: np.ndarray) -> xr.DataArray:
+    def _label_values(self, values: np.ndarray) -> xr.DataArray:
         return xr.DataArray(values, dims=self.labels.dims, coords=coordinates(self.labels))

@@ -43,7 +43,7 @@ def surrogate_of_rows(
     error of the surrogate. Fewer different rows than `fewest_judging` do not judge it.
     """
     table.check(list(space.uncertain))
-    xi, eta = space.standardized({name: table.inputs[name] for name in space.uncertain})
+    xi, eta = space.standardize({name: table.inputs[name] for name in space.uncertain})
     xi = xi[table.first]
     eta = eta[table.first]
     F = table.means
@@ -66,7 +66,7 @@ def surrogate_of_rows(
         outputs = np.flatnonzero(carriers == k)
         expansions.append(fit.of_outputs(outputs).expansion)
         arguments = (xi, eta), space.families, fold, weight
-        missed[:, outputs] *= growth_beyond_rows(fit.formed.index, *arguments)
+        missed[:, outputs] *= growth_beyond_rows(fit.hybrid.index, *arguments)
     attrs = {
         "runs": len(table.response),
         "method": f"regression of a table of {len(table.response)} rows",

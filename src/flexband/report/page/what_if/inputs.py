@@ -41,7 +41,7 @@ def sizes_of(space: Space, inputs: str, *, resolved: bool) -> tuple[list[JsonRec
     columns = space.columns(random=False) | space.columns(random=True)
     for name, input_ in (space.plays | space.of_kind(random=True)).items():
         scatter = _scatter(input_, f"{inputs}[{name!r}]")
-        if name in space.correlated:
+        if name in space.dependent_names:
             remarks.append(f"{name} keeps its scatter: it is correlated with other inputs.")
         elif scatter is None:
             remarks.append(f"{name} keeps its scatter: it is {_kind(input_)}.")

@@ -66,7 +66,7 @@ def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> JsonRecord:
     tree = _scan(*_scan_of_waves(terms.orders[:m], terms.reach()[:m])) | {
         "kind": "phases",
         "carriers": columns.carriers,
-        "turning": terms.turning.tolist(),
+        "turning": terms.phase_combinations.tolist(),
         "orders": polynomials.index.tolist(),
         "error": _difference(expansion, terms, smooth_moments, rule).tolist(),
     }

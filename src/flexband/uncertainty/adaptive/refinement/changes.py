@@ -77,7 +77,8 @@ class RunChanges(NamedTuple):
         return self.columns.join((self.parts[self.fitted] + total)[None])[0]
 
     @property
-    def held(self) -> slice:
+    def holdout_rows(self) -> slice:
+        """The rows of the held-out runs."""
         return slice(self.fitted, None)
 
     @property
@@ -131,7 +132,7 @@ class Extrapolation(NamedTuple):
         factors = changes.factors
         join = changes.columns.join
         expansion = expand(changes.change[: changes.fitted])
-        holdout = changes.held
+        holdout = changes.holdout_rows
         third = changes.third_level
         single = join(changes.parts[holdout] + factors * changes.change[holdout])
         fitted = factors * expansion.evaluate(runs.coarse.xi[holdout], runs.coarse.eta[holdout])

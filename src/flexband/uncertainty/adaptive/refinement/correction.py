@@ -30,8 +30,8 @@ from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.expansion import expansion_of
 from flexband.uncertainty.phases.layout import PartColumns
 from flexband.uncertainty.surrogates.diagnostics import (
-    apart,
     at_all_times,
+    mean_difference,
     rms,
     share,
     stack_extremes,
@@ -116,14 +116,14 @@ class FitCorrection(NamedTuple):
             after = np.where(mask, extrapolation.after, after)
         return after
 
-    def placed(
+    def in_fit_columns(
         self,
         kind: CorrectedPart,
         expansion: HybridExpansion,
         outputs: np.ndarray,
         times: slice = slice(None),
     ) -> HybridExpansion:
-        """Return an expansion of a kind's parts of some outputs, by place, in the fit's columns.
+        """Return an expansion of a kind's parts of some outputs, by place, in columns of the fit.
 
         Values are bases.
         """
@@ -132,7 +132,7 @@ class FitCorrection(NamedTuple):
         fit_columns = PartColumns.from_outputs(len(outputs), self.fit.columns.carriers)
         if fit_columns.carriers == columns.carriers:
             return some
-        return some.placed(len(outputs), fit_columns.width, np.arange(len(outputs)))
+        return some.embed_rows(len(outputs), fit_columns.width, np.arange(len(outputs)))
 
     def error(self, m: int, times: int, options: ExtrapolationOptions) -> np.ndarray:
         """Return the error expected of mean and error bar, (2, outputs, times)."""
@@ -141,23 +141,23 @@ class FitCorrection(NamedTuple):
         for kind in map(CorrectedPart, np.unique(self.kinds)):
             outputs = np.flatnonzero(self.kinds == kind)
             fit = self.fit.of_outputs(self.fit.outputs[outputs]).at(thin)
-            first = fit.formed
+            first = fit.hybrid
             if kind == CorrectedPart.NOTHING:
                 last_kind = list(self.extrapolations)[-1]  # phases, if they can be followed
                 change = self.extrapolations[last_kind].expansion
                 factor = SECOND_ORDER
-                second = first + self.placed(last_kind, change, outputs, thin)
+                second = first + self.in_fit_columns(last_kind, change, outputs, thin)
             else:
                 extrapolation = self.extrapolations[kind]
                 factor = 1.0
                 shift = extrapolation.expansion.constant(extrapolation.shift)
-                first += self.placed(kind, extrapolation.correction, outputs, thin)
-                second = first + self.placed(kind, shift, outputs, thin)
+                first += self.in_fit_columns(kind, extrapolation.correction, outputs, thin)
+                second = first + self.in_fit_columns(kind, shift, outputs, thin)
             bounds = (
                 stack_extremes(extremes_of([expansion_of(fit.outputs, parts, fit.columns)]))
                 for parts in (first, second)
             )
-            moved = factor * at_all_times(apart(*bounds), thin, times)
+            moved = factor * at_all_times(mean_difference(*bounds), thin, times)
             if kind != CorrectedPart.NOTHING:
                 missed = self.extrapolations[kind].missed[:, outputs]
                 moved = np.hypot(moved, share(m) * np.sqrt(np.mean(missed**2, axis=0)))
@@ -296,7 +296,9 @@ def _change(corrections: Sequence[FitCorrection], outputs: np.ndarray) -> Hybrid
         if np.all(kinds == CorrectedPart.NOTHING):
             continue
         kind = CorrectedPart.PHASES if CorrectedPart.PHASES in kinds else CorrectedPart.VALUES
-        change = correction.placed(kind, correction.extrapolations[kind].correction, outputs)
+        change = correction.in_fit_columns(
+            kind, correction.extrapolations[kind].correction, outputs
+        )
         if kind == CorrectedPart.VALUES:
             columns = PartColumns.from_outputs(len(outputs), correction.fit.columns.carriers)
             mask = np.pad(kinds == kind, (0, columns.width - len(outputs)))

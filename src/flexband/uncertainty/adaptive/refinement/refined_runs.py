@@ -24,8 +24,8 @@ class RefinedRuns(NamedTuple):
     fitted: int  # number of runs at points of the design
 
     @property
-    def finer(self) -> int:
-        """Number of finer runs."""
+    def fine_run_count(self) -> int:
+        """Number of runs on finer discretizations."""
         return len(self.fine) + len(self.finest)
 
     @property
@@ -48,8 +48,8 @@ class RefinedRuns(NamedTuple):
 
         `evaluate` is the response on the finer discretization, and `name` what is finer.
         """
-        fine = _made(evaluate, design, f"tell the error of the {name}")
-        coarse = ResponseRuns.joined(design, self.coarse)
+        fine = _make_runs(evaluate, design, f"tell the error of the {name}")
+        coarse = ResponseRuns.concatenate(design, self.coarse)
         return RefinedRuns(coarse, np.concatenate([fine, self.fine]), self.finest, len(fine))
 
     def with_finest(self, count: int, evaluate: Evaluate, name: str) -> RefinedRuns:
@@ -64,7 +64,7 @@ class RefinedRuns(NamedTuple):
                 return self
             holdout = self.coarse.which(slice(self.fitted, self.fitted + count))
             return self._replace(
-                finest=_made(finest_response, holdout, f"show the order of the {name}")
+                finest=_make_runs(finest_response, holdout, f"show the order of the {name}")
             )
         except RunError as error:
             if not evaluate.description.left_out:  # otherwise a finer level is tried
@@ -81,7 +81,7 @@ def refined_runs(evaluate: Evaluate, coarse: ResponseRuns, fitted: int) -> dict[
     runs: dict[str, RefinedRuns] = {}
     try:
         for name, response in evaluate.refinements().items():
-            fine = _made(response, coarse, f"tell the error of the {name}")
+            fine = _make_runs(response, coarse, f"tell the error of the {name}")
             runs[name] = RefinedRuns(coarse, fine, fine[:0], fitted)
     except RunError as error:
         if evaluate.description.left_out:
@@ -98,13 +98,13 @@ def refined_together(
     for name in names:
         evaluate = evaluate.refinements()[name]
     try:
-        return _made(evaluate, run, f"tell the error of {' and '.join(names)} together")[0]
+        return _make_runs(evaluate, run, f"tell the error of {' and '.join(names)} together")[0]
     except RunError:
         return None
 
 
-def _made(response: Evaluate, coarse: ResponseRuns, purpose: str) -> np.ndarray:
-    """Return runs on a finer discretization, shape (runs, outputs, times)."""
+def _make_runs(response: Evaluate, coarse: ResponseRuns, purpose: str) -> np.ndarray:
+    """Make runs on a finer discretization; return them, shape (runs, outputs, times)."""
     xi, eta, _ = coarse
     listener().stage(f"{number_of(len(xi), 'run')} that {purpose}")
     return evaluate_runs(response, xi, eta, len(xi)).values

@@ -59,9 +59,9 @@ class Refinement:
         self.spectra: dict[str, ErrorSpectrum] = {}  # by name, once they are known
 
     @property
-    def finer(self) -> int:
+    def fine_run_count(self) -> int:
         """Number of runs on finer discretizations."""
-        alone = sum(runs.finer for runs in (self.runs or {}).values())
+        alone = sum(runs.fine_run_count for runs in (self.runs or {}).values())
         return alone + (self.together is not None)
 
     def corrections(

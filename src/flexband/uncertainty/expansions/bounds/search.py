@@ -230,7 +230,9 @@ def descents(  # noqa: PLR0912, PLR0915
             turns[n] += 1
             if kind == NextStep.LINES and turns[n] == 1:
                 copy(via[n], eta[n])
-            is_repeat = hits[n] > 0 and (_near(eta[n], place[n]) or _near(eta[n], entry[n]))
+            is_repeat = hits[n] > 0 and (
+                _is_same_place(eta[n], place[n]) or _is_same_place(eta[n], entry[n])
+            )
             if kind == NextStep.NEWTON:
                 values[n] = height[lane]
                 reach[n] = part[lane] if active[lane] else 1.0
@@ -262,8 +264,8 @@ def _next(bound, k, limit):
 
 
 @compiled
-def _near(eta, place):
-    """Return whether two places count as one."""
+def _is_same_place(eta, place):
+    """Return whether two places are equal within `OPTIONS.same_place`."""
     is_same = True
     for a in range(len(eta)):
         is_same = is_same and abs(eta[a] - place[a]) < OPTIONS.same_place

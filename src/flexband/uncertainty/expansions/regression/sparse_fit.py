@@ -56,7 +56,7 @@ class SparseFit(NamedTuple):
     correction: float  # √T
 
     @property
-    def used(self) -> np.ndarray:
+    def active_terms(self) -> np.ndarray:
         """Numbers of the candidates whose coefficients are not all zero."""
         return self.which[self.coefficients.any(axis=1)]
 

@@ -58,7 +58,7 @@ class Normal(Spread):
     def to_normal(self, value: np.ndarray) -> np.ndarray:
         return (value - self.mean) / self.spread
 
-    def _missed(self) -> float:
+    def _residual_share(self) -> float:
         return 0.0  # it is a linear function of ξ
 
 

@@ -59,10 +59,14 @@ class ScipyDistribution(Distribution):
 
     @property
     def intervals(self) -> dict[str, Interval]:
-        return {k: value for k, value in self._named().items() if isinstance(value, Interval)}
+        return {
+            k: value
+            for k, value in self._parameters_by_name().items()
+            if isinstance(value, Interval)
+        }
 
-    def replaced(self, parameters: Mapping[str, float | Input]) -> ScipyDistribution:
-        new_parameters = self._named()
+    def with_parameters(self, parameters: Mapping[str, float | Input]) -> ScipyDistribution:
+        new_parameters = self._parameters_by_name()
         new_parameters.update(parameters)
         return ScipyDistribution(self.distribution, tuple(new_parameters.items()))
 
@@ -70,11 +74,11 @@ class ScipyDistribution(Distribution):
         if not parameters:
             return self
         arrays = {name: np.atleast_1d(value) for name, value in parameters.items()}
-        new_parameters = tuple((self._named() | arrays).items())
+        new_parameters = tuple((self._parameters_by_name() | arrays).items())
         return super().at({"parameters": new_parameters})  # pyright: ignore[reportArgumentType]
 
     def at_normal(self, z: np.ndarray) -> np.ndarray:
-        if any(np.ndim(value) for value in self._named().values()):
+        if any(np.ndim(value) for value in self._parameters_by_name().values()):
             return super().at_normal(z)
         z = np.asarray(z, dtype=float)
         low, high = self.quantiles.reach
@@ -98,7 +102,7 @@ class ScipyDistribution(Distribution):
 
     def check(self) -> None:
         """Raise `InputError` if there is no such distribution."""
-        arguments = self._named()
+        arguments = self._parameters_by_name()
         for name, value in arguments.items():
             arguments[name] = float(check_numbers(f"{self.distribution} {name}", value))
         object.__setattr__(self, "parameters", tuple(arguments.items()))
@@ -117,7 +121,7 @@ class ScipyDistribution(Distribution):
                 f"variance {variance:g}: the response would have none either"
             )
 
-    def _named(self) -> dict[str, Any]:
+    def _parameters_by_name(self) -> dict[str, Any]:
         """Return the parameters by name; raise `InputError` if they are not pairs of SciPy's."""
         parameter_names = [*_shapes(of_scipy(self.distribution)), "loc", "scale"]
         pairs = self.parameters if isinstance(self.parameters, tuple) else (self.parameters,)
@@ -155,7 +159,9 @@ def as_input(value: Given) -> Given | Distribution:
     parameters = {"loc": 0.0, "scale": 1.0}
     parameters |= dict(zip(names, value.args, strict=False)) | value.kwds
     pairs: Any = tuple((name, np.asarray(parameters[name])[()]) for name in names)
-    make = _made if all(np.ndim(value) == 0 for _, value in pairs) else ScipyDistribution
+    make = (
+        _make_distribution if all(np.ndim(value) == 0 for _, value in pairs) else ScipyDistribution
+    )
     scipy_input = make(generator.name, pairs)
     # Use the distributions of this package where there is an equal one.
     loc, scale = (dict(scipy_input.parameters)[name] for name in ("loc", "scale"))
@@ -169,7 +175,9 @@ def as_input(value: Given) -> Given | Distribution:
 
 
 @lru_cache(maxsize=64)
-def _made(distribution: str, parameters: tuple[tuple[str, float], ...]) -> ScipyDistribution:
+def _make_distribution(
+    distribution: str, parameters: tuple[tuple[str, float], ...]
+) -> ScipyDistribution:
     """Return a distribution, the same again for the same numbers: quantiles may take seconds."""
     return ScipyDistribution(distribution, parameters)
 

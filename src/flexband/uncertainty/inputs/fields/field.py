@@ -42,7 +42,7 @@ class Field(Input):
                 raise InputError(f"{self.kind} domain must run upwards; got {self.domain}")
             object.__setattr__(self, "domain", (float(start), float(end)))
 
-    def placed(self, domain: tuple[float, float] | None) -> Self:
+    def with_domain(self, domain: tuple[float, float] | None) -> Self:
         """Return the field on another domain."""
         return replace(self, domain=domain)
 

@@ -153,14 +153,16 @@ class LegendreModes(Series):
         element = np.clip(np.floor(place).astype(int), 0, elements - 1)
         values = self.polynomials.at(place - element)
         if elements == 1:
-            return np.moveaxis(values @ self._scaled[0], -1, 0)
-        return np.moveaxis(np.einsum("...j,...jt->...t", values, self._scaled[element]), -1, 0)
+            return np.moveaxis(values @ self._mode_coefficients[0], -1, 0)
+        return np.moveaxis(
+            np.einsum("...j,...jt->...t", values, self._mode_coefficients[element]), -1, 0
+        )
 
     def places(self) -> np.ndarray:
         """Return equidistant positions, two per polynomial."""
         return np.linspace(*self.domain, 2 * len(self.eigenvectors) + 1)
 
-    def explained(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def second_moments(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         x = np.asarray(x)
         basis = self.basis(x)
         s = (np.ravel(x) - self.domain[0]) / self.length
@@ -171,7 +173,7 @@ class LegendreModes(Series):
         return np.cumsum(basis**2, axis=0), np.cumsum(basis * covariances, axis=0)
 
     @cached_property
-    def _scaled(self) -> np.ndarray:
+    def _mode_coefficients(self) -> np.ndarray:
         """√λ_i f_i as coefficients, shape (elements, polynomials per element, terms)."""
         elements, per_element, _ = self.polynomials
         return (self.eigenvectors * self._roots).reshape(elements, per_element, -1)

@@ -217,7 +217,7 @@ class RandomField(Field):
 
     def _errors(self, series: Series, x: np.ndarray) -> np.ndarray:
         """Return the variance errors of the first 1, 2, … terms at positions x."""
-        variance, covariance = series.explained(x)
+        variance, covariance = series.second_moments(x)
         if self.distribution == "normal":
             return 1 - covariance - (covariance - variance)
         widest = replace(self, mean=_ends(self.mean)[0], std=_ends(self.std)[-1])

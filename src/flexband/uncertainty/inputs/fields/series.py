@@ -51,7 +51,7 @@ class Series(ABC):
     def places(self) -> np.ndarray:
         """Return positions at which the error is judged, in increasing order."""
 
-    def explained(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def second_moments(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return Var[û(x)] and Cov[u, û], equal for best estimates, by terms, (terms, *x.shape)."""
         variance = np.cumsum(self.basis(x) ** 2, axis=0)
         return variance, variance

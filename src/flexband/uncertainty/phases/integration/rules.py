@@ -41,7 +41,7 @@ class PhaseChange(NamedTuple):
     @property
     def turns(self) -> np.ndarray:
         """The reach of ξ with bounds, and the largest slope of others, (n,)."""
-        bounded = np.array([family.bounded for family in self.families], dtype=bool)
+        bounded = np.array([family.has_finite_bounds for family in self.families], dtype=bool)
         return np.where(bounded, self.reach, np.abs(self.slopes).max(axis=0, initial=0.0))
 
 
@@ -59,7 +59,7 @@ def resolving_rule(
     families = change.families
     axes, orders, turns = _axes(change)
     sizes = [
-        math.ceil(size * (fineness if family.bounded else fineness**2)) if size > 1 else 1
+        math.ceil(size * (fineness if family.has_finite_bounds else fineness**2)) if size > 1 else 1
         for family, size in zip(families, map(_rule_size, families, orders, turns), strict=True)
     ]
     if math.prod(sizes) > max_points:
@@ -143,7 +143,7 @@ def rule(
     the phase; it ends so many times `farther` out.
     """
     size = _rule_size(family, order, turns) if size is None else size
-    if not family.bounded and order > 0 and turns >= MOMENTS.small_reach:
+    if not family.has_finite_bounds and order > 0 and turns >= MOMENTS.small_reach:
         end = farther * (MOMENTS.trapezoidal_end if family == HERMITE else MOMENTS.far_end)
         x = np.linspace(-end, end, size)
         w = np.exp(-x * x / 2)
@@ -154,7 +154,7 @@ def rule(
 def _rule_size(family: Family, order: float, a: float) -> int:
     if order == 0:
         return 1
-    if family.bounded:  # two points per wave of e^{2iφ}, and some more
+    if family.has_finite_bounds:  # two points per wave of e^{2iφ}, and some more
         return int(order) + 1 + math.ceil(a + 4 * np.cbrt(2 * a))
     if a < MOMENTS.small_reach:
         return int(order) + 1 + 2 * bool(a > 0)  # Python's integers do not overflow in a product

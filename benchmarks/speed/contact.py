@@ -80,7 +80,7 @@ def work(clearances: np.ndarray, law: fb.contact.NormalLaw, tolerance: float) ->
             limits=limits,
             block_start=initial_state,
         )
-        counts.append(result[3].counts.mean(axis=1))
+        counts.append(result.work.counts.mean(axis=1))
     return np.mean(counts, axis=0)
 
 

@@ -68,12 +68,10 @@ def flexband_instants(stiffness: np.ndarray, tolerance: float) -> tuple[np.ndarr
     start_time = time.process_time()
     for block in range(-(-len(stiffness) // WIDTH)):
         values = packed(block)
-        series, failure, *_ = march_block(
-            system, method, integrator.tolerance, values, rounds, limits=limits
-        )
-        if failure[0].any():
+        motion = march_block(system, method, integrator.tolerance, values, rounds, limits=limits)
+        if motion.failure[0].any():
             raise RuntimeError("a run failed")
-        rows.append(series[-1, 1:4].T)
+        rows.append(motion.series[-1, 1:4].T)
     cpu = time.process_time() - start_time
     return np.concatenate(rows)[: len(stiffness)], cpu / len(stiffness)
 

@@ -52,10 +52,10 @@ class FlexbandBatch:
 
     def _run(self, block: int) -> int:
         method = fb.GeneralizedAlpha().coefficients(STEP)
-        series, failure, *_ = march_block(self.system, method, 1e-10, self.packed(block), STEPS + 1)
-        if failure[0].any():
+        block = march_block(self.system, method, 1e-10, self.packed(block), STEPS + 1)
+        if block.failure[0].any():
             raise RuntimeError("a run failed")
-        self.tips = series[:, :2, -1]
+        self.tips = block.series[:, :2, -1]
         return WIDTH
 
     def __call__(self) -> float:

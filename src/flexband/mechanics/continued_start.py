@@ -16,7 +16,7 @@ from flexband.errors import InputError
 from flexband.mechanics.assembly.stacking import stack
 from flexband.mechanics.assembly.structure import Values, WorkSpace
 from flexband.mechanics.assembly.system import System
-from flexband.mechanics.engine.batch import Batch, Begun, Run, Start, begin
+from flexband.mechanics.engine.batch import Batch, BlockStart, Run, Start, begin
 from flexband.mechanics.engine.batch import run as run_task
 from flexband.mechanics.engine.corrections import Corrections
 from flexband.mechanics.engine.entries import STRIKE
@@ -183,7 +183,7 @@ class ContinuedStart(Start):
     tolerance: float = 1e-5
     """By which joints may be apart, relative to the mechanism's size."""
 
-    def of_blocks(self, run: Run) -> Callable[[int, Values], Begun]:
+    def of_blocks(self, run: Run) -> Callable[[int, Values], BlockStart]:
         """Return what begins a block."""
         system = run.system
         state = run.system.structure.state
@@ -198,7 +198,7 @@ class ContinuedStart(Start):
         keeps_rule = self.common_rows[laws].all()
         places = [*accumulate(_sizes(system))]
 
-        def begin_block(number: int, values: Values) -> Begun:
+        def begin_block(number: int, values: Values) -> BlockStart:
             lanes = to_lanes(self.ends[:, run.samples], number)
             z, a, _, steps, anew, _, _ = np.split(lanes, places)
             errors = np.abs(constraint_errors(system, values, z))
@@ -231,7 +231,7 @@ class ContinuedStart(Start):
                 worst = errors.max(axis=0)
                 not_met = np.stack([code, 0.0 * code, errors.argmax(axis=0), worst])
                 failure = np.where(worst > self.tolerance * size, not_met, failure)
-            return Begun(work, failure, work.z.copy())
+            return BlockStart(work, failure, work.z.copy())
 
         return begin_block
 

@@ -22,7 +22,7 @@ from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import Values, WorkSpace
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.assembly.vectors import time as of_time
-from flexband.mechanics.engine.batch import Begun, Run, Start, begin, hold, march_block
+from flexband.mechanics.engine.batch import BlockStart, Run, Start, begin, hold, march_block
 from flexband.mechanics.engine.generalized_alpha import NEWTON
 from flexband.mechanics.engine.threads import stop_flag
 from flexband.mechanics.kernels.failure_codes import FAILURE
@@ -47,7 +47,7 @@ class PeriodicStart(Start):
     independent: float = 1e-7
     """Least relative singular value of differences that is no rounding."""
 
-    def of_blocks(self, run: Run) -> Callable[[int, Values], Begun]:
+    def of_blocks(self, run: Run) -> Callable[[int, Values], BlockStart]:
         """Return what begins a block. Raise `InputError` if a function of time is not periodic."""
         system = run.system
         step = run.times[1] - run.times[0]
@@ -64,7 +64,7 @@ class PeriodicStart(Start):
         rounds, newton = len(values_of.schedule.parts), float(run.integrator.tolerance)
         rows = _rows(system)
 
-        def begin_block(number: int, values: Values) -> Begun:
+        def begin_block(number: int, values: Values) -> BlockStart:
             work, failure = begin(system, values)
             size = _sizes(system, values, self.period / math.tau)
 
@@ -72,7 +72,7 @@ class PeriodicStart(Start):
                 over_period = values_of(number)
                 over_period.springs.rest[:] = values.springs.rest
                 start_block = self._start_block(system, over_period, work, x * size)
-                _, failure, _, end = march_block(
+                motion = march_block(
                     system,
                     method,
                     newton,
@@ -81,12 +81,12 @@ class PeriodicStart(Start):
                     limits=limits,
                     block_start=start_block,
                 )
-                failure[1] = 0.0
-                return end.z[rows] / size, failure
+                motion.failure[1] = 0.0
+                return motion.work.z[rows] / size, motion.failure
 
             x, period_failure = self._fixed_point(after_period, work.z[rows] / size, failure)
             start_work, failure = self._start_block(system, values, work, x * size)
-            return Begun(
+            return BlockStart(
                 start_work, np.where(period_failure[0] > 0, period_failure, failure), work.z
             )
 

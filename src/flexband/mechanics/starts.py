@@ -14,7 +14,7 @@ from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.continued_start import continue_from, state_of
-from flexband.mechanics.engine.batch import Begun, Run, Start, begin, hold
+from flexband.mechanics.engine.batch import BlockStart, Run, Start, begin, hold
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.kernels.laws.states import rows_of_states
@@ -33,7 +33,7 @@ class StaticStart(Start):
     Joints that switch are as at the start.
     """
 
-    def of_blocks(self, run: Run) -> Callable[[int, Values], Begun]:
+    def of_blocks(self, run: Run) -> Callable[[int, Values], BlockStart]:
         """Return what begins a block."""
         mechanism = run.system.mechanism
         system = run.system
@@ -46,7 +46,7 @@ class StaticStart(Start):
             values_of = pack(system, AT_START, samples)
         rest_rows = [_kept_rows(layout.structure.state) for layout in (run.system, system)]
 
-        def begin_block(number: int, values: Values) -> Begun:
+        def begin_block(number: int, values: Values) -> BlockStart:
             count = min(WIDTH, len(samples) - number * WIDTH)
             work, failure = begin(run.system, values)
             assembled_z = work.z.copy()
@@ -68,7 +68,9 @@ class StaticStart(Start):
                     if not balance.stable:
                         rest_failure[:3, lane] = FAILURE.unstable, 0.0, -1.0
             failure = hold(run.system, values, work, z, velocities=False)
-            return Begun(work, np.where(rest_failure[0] > 0, rest_failure, failure), assembled_z)
+            return BlockStart(
+                work, np.where(rest_failure[0] > 0, rest_failure, failure), assembled_z
+            )
 
         return begin_block
 

@@ -116,10 +116,10 @@ def test_a_box_at_rest_on_rough_corners(push, gap, corners):
     [
         (
             0.16586583,
-            {"width": 0.180266, "height": 0.089737, "friction": 0.48556, "apart": 1.6e-10},
+            {"width": 0.180266, "height": 0.089737, "friction": 0.48556, "gap": 1.6e-10},
         ),
         (-2.1285671, {"width": 0.069125, "height": 0.024803, "friction": 0.48605}),
-        (-1.1952388, {"width": 0.098420, "height": 0.028351, "friction": 0.23160, "apart": 1e-13}),
+        (-1.1952388, {"width": 0.098420, "height": 0.028351, "friction": 0.23160, "gap": 1e-13}),
     ],
 )
 @pytest.mark.parametrize("stiffness", [1.1e5, 3e6])

@@ -39,12 +39,21 @@ NOTHING = np.zeros((1, WIDTH))
 """In place of an array that a task does not use."""
 
 
-class Begun(NamedTuple):
+class BlockStart(NamedTuple):
     """A block at time zero: its state, its failures (4, WIDTH), and the z that assembly found."""
 
     work: WorkSpace
     failure: np.ndarray
     assembled: np.ndarray
+
+
+class BlockRun(NamedTuple):
+    """A block that has run."""
+
+    series: np.ndarray  # (rounds, rows, WIDTH): those of the sensors, then the joints' conditions
+    failure: np.ndarray  # (4, WIDTH)
+    first: np.ndarray  # z at the start
+    work: WorkSpace  # at the end
 
 
 class Run(NamedTuple):
@@ -59,13 +68,13 @@ class Run(NamedTuple):
 class Start:
     """How runs start: from the guess, assembled with as little deformation as joints allow."""
 
-    def of_blocks(self, run: Run) -> Callable[[int, Values], Begun]:
+    def of_blocks(self, run: Run) -> Callable[[int, Values], BlockStart]:
         """Return what begins a block, given its number and its values."""
 
-        def begin_block(number: int, values: Values) -> Begun:
+        def begin_block(number: int, values: Values) -> BlockStart:
             work, failure = begin(run.system, values)
             blame_overlaps(run.system, values, work.z, failure)
-            return Begun(work, failure, work.z.copy())
+            return BlockStart(work, failure, work.z.copy())
 
         return begin_block
 
@@ -88,6 +97,22 @@ class Batch(NamedTuple):
     impulses: list[Impulse]
     # z, a, springs' elongations at rest, `WorkSpace.steps`, q̈ anew, q at the start; or no rows
     ends: np.ndarray
+
+    @staticmethod
+    def empty(system: System, samples: int, times: int, members: int) -> Batch:
+        """Return results into which blocks of samples write theirs."""
+        return Batch(
+            outputs=np.empty((samples, len(system.outputs), times)),
+            failures=np.zeros((samples, 4)),
+            starts={},
+            corrections=Corrections.zeros(len(system.model.bodies), samples),
+            turn_statistics=np.zeros((samples, len(system.turning), 4)),
+            unresolved=np.zeros(samples),
+            strains=LargestStrains.zeros(members, samples),
+            snapshot_times=np.zeros(0),
+            impulses=[],
+            ends=np.empty((0, samples)),
+        )
 
 
 class Impulse(NamedTuple):
@@ -118,31 +143,21 @@ def run_samples(
     others. The ends of the motions are part of the result if it is to `keep` them.
     """
     limits = integrator.step_limits(system.structure.state, times[1] - times[0])
-    packed, at_end = (
-        pack(system, times, samples, limits and limits.tolerance),
-        pack_end(system, times, samples) if keep else None,
-    )
+    packed = pack(system, times, samples, limits and limits.tolerance)
+    at_end = pack_end(system, times, samples) if keep else None
     sample_numbers = np.arange(system.samples) if samples is None else samples
     begin_block = start.of_blocks(Run(system, times, integrator, sample_numbers))
-    schedule, rounds = packed.schedule, len(packed.schedule.parts)
+    schedule = packed.schedule
+    rounds = len(schedule.parts)
     method = integrator.coefficients(times[1] - times[0])._replace(
         attempts=attempts, matrices=most_matrices(system) if limits else 1000
     )
     run_block = partial(march_block, system, method, float(integrator.tolerance), limits=limits)
-    # Allocate the results of all samples; blocks fill in their own.
-    outputs = np.empty((len(sample_numbers), len(system.outputs), len(times[::stride])))
-    failures, firsts = (
-        np.zeros((len(sample_numbers), 4)),
-        np.empty((system.structure.state.rows, len(sample_numbers))),
-    )
-    starts, impulses = dict[int, np.ndarray](), list[Impulse]()
-    blocks = -(-len(sample_numbers) // WIDTH)
-    turn_statistics, unresolved = (
-        np.zeros((len(sample_numbers), len(system.turning), 4)),
-        np.zeros(len(sample_numbers)),
-    )
     members = Members(system)
-    strains = LargestStrains.zeros(len(members.bodies), len(sample_numbers))
+    count = len(sample_numbers)
+    batch = Batch.empty(system, count, len(times[::stride]), len(members.bodies))
+    blocks = -(-count // WIDTH)
+    firsts = np.empty((system.structure.state.rows, count))
     ends = [np.empty((0, 0))] * blocks
     under_way = BlocksUnderWay(system, blocks, rounds - 1)
 
@@ -154,50 +169,47 @@ def run_samples(
         under_way.works[block] = block_start.work
         first_q = block_start.work.z[: system.structure.state.multiplier].copy()
         series, failure, first, work = run_block(values, rounds, block_start=block_start[:2])
-        lost = (failure[0] > 0) & (failure[1] == 0)
-        require_inertia(system, values, np.where(lost, np.nan, first)[:, : len(numbers)], numbers)
+        require_inertia(system, values, _determined(first, failure)[:, : len(numbers)], numbers)
         if at_end:
             ends[block] = end_of(system, values, at_end(block), work, first_q)[:, : len(numbers)]
         # Lanes may have rounds of their own: select those of the times of the result.
         with np.errstate(all="ignore" if failure[0].any() else None):
             derived = derive(system, series.transpose(1, 0, 2))
-        lanes = np.minimum(np.arange(places.start, places.stop), len(sample_numbers) - 1)
+        lanes = np.minimum(np.arange(places.start, places.stop), count - 1)
         conditions = series[:, system.sensor_row_count - len(system.conditions) :]
         if not schedule.is_regular:
-            impulses.extend(_impulses(schedule, lanes[: len(numbers)], numbers, derived))
-            last, lane = schedule.lanes(schedule.last, lanes), np.arange(WIDTH)
-            derived = derived[:, last, lane]
-            conditions = conditions[last, :, lane].transpose(0, 2, 1)
+            batch.impulses.extend(_impulses(schedule, lanes[: len(numbers)], numbers, derived))
+            last = schedule.lanes(schedule.last, lanes)
+            derived = derived[:, last, np.arange(WIDTH)]
+            conditions = conditions[last, :, np.arange(WIDTH)].transpose(0, 2, 1)
         # Fill in the results of the block, without the lanes that have no sample.
-        outputs[places] = derived[:, ::stride].transpose(2, 0, 1)[: len(numbers)]
-        failures[places] = _with_branches(conditions, failure).T[: len(numbers)]
-        turn_statistics[places] = work.turn_statistics.T[: len(numbers)].reshape(
-            len(numbers), *turn_statistics.shape[1:]
-        )
-        unresolved[places] = work.unresolved[0, : len(numbers)]
+        batch.outputs[places] = derived[:, ::stride].transpose(2, 0, 1)[: len(numbers)]
+        batch.failures[places] = _with_branches(conditions, failure).T[: len(numbers)]
+        turns = work.turn_statistics.T[: len(numbers)]
+        batch.turn_statistics[places] = turns.reshape(len(numbers), -1, 4)
+        batch.unresolved[places] = work.unresolved[0, : len(numbers)]
         states = work.snapshots.reshape(KEPT, -1, WIDTH)[:, :, : len(numbers)]
-        strains.place(places, members.largest(states, numbers))
+        batch.strains.place(places, members.largest(states, numbers))
         firsts[:, places] = block_start.assembled[:, : len(numbers)]
         if failure[3, : len(numbers)].any():
-            starts[int(numbers[0])] = first[:, 0].copy()
+            batch.starts[int(numbers[0])] = first[:, 0].copy()
         return len(numbers)
 
     # Compile before the threads begin, and run all blocks.
     if not (free_dynamics if limits else dynamics).codes:
         while_compiling(lambda: run_block(packed(0), 1))
-    under_way.run(simulate, len(sample_numbers), threads, progress)
-    return Batch(
-        outputs,
-        failures,
-        starts,
-        corrections(system, firsts, sample_numbers),
-        turn_statistics,
-        unresolved,
-        strains,
-        times[schedule.numbers[kept_steps(rounds - 1), 0]],
-        sorted(impulses, key=lambda impulse: (impulse.time, impulse.sample)),
-        np.concatenate(ends, axis=1),
+    under_way.run(simulate, count, threads, progress)
+    return batch._replace(
+        corrections=corrections(system, firsts, sample_numbers),
+        snapshot_times=times[schedule.numbers[kept_steps(rounds - 1), 0]],
+        impulses=sorted(batch.impulses, key=lambda impulse: (impulse.time, impulse.sample)),
+        ends=np.concatenate(ends, axis=1),
     )
+
+
+def _determined(first: np.ndarray, failure: np.ndarray) -> np.ndarray:
+    """Return the first z of a block, NaN where no start was found."""
+    return np.where((failure[0] > 0) & (failure[1] == 0), np.nan, first)
 
 
 def most_matrices(system: System) -> int:
@@ -222,17 +234,13 @@ def march_block(
     rounds: int,
     limits: StepLimits | None = None,
     block_start: tuple[WorkSpace, np.ndarray] | None = None,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, WorkSpace]:
-    """Run one block from the guess, or from `block_start`; with `limits` its lanes choose steps.
-
-    Returns rows (rounds, rows, WIDTH), failures (4, WIDTH), the first z, and the work space. The
-    conditions of the joints follow the rows of the sensors.
-    """
+) -> BlockRun:
+    """Run one block from the guess, or from `block_start`; with `limits` its lanes choose steps."""
     series = np.zeros((rounds + (limits is not None), system.sensor_row_count, WIDTH))
     work, failure = block_start or begin(system, values)
     first = work.z.copy()
     run(MARCH, system, values, work, series, failure, method, tolerance, limits)
-    return series[:rounds], failure, first, work
+    return BlockRun(series[:rounds], failure, first, work)
 
 
 def begin(

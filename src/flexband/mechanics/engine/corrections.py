@@ -39,6 +39,12 @@ class Corrections(NamedTuple):
     speeds: np.ndarray  # relative change of the velocity of its first node, 0 if none was given
     reversed: np.ndarray  # whether loops closed in another branch than the guess, (samples,)
 
+    @staticmethod
+    def zeros(bodies: int, samples: int) -> Corrections:
+        """Return no corrections."""
+        turns, moves, rates, speeds = np.zeros((4, bodies, samples))
+        return Corrections(turns, moves, rates, speeds, np.zeros(samples, dtype=bool))
+
 
 def corrections(
     system: System, z: np.ndarray, samples: np.ndarray, *, branch_turn: float = 0.01

@@ -6,7 +6,8 @@ import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -33,8 +34,16 @@ from flexband.uncertainty.inputs.one_sample import of_one_sample
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.axes import names_of_outputs, series, units_of
 
-Judgement = tuple[np.ndarray, np.ndarray | None, dict[int, str], Exception | None]
-"""Numbers of good runs, their values, the reasons of failed runs by number, and their error."""
+
+class CallVerdict(NamedTuple):
+    """Which runs of a call are good, and which failed."""
+
+    good_runs: np.ndarray  # their numbers
+    values: np.ndarray | None = None  # of the good runs
+    failures: Mapping[int, str] = MappingProxyType(
+        {}
+    )  # number of each failed run -> reason; empty if not known
+    error: Exception | None = None  # why the call failed
 
 
 class Evaluated:
@@ -132,14 +141,15 @@ class Evaluated:
         of_good = {run: remarks for run, remarks in self.remarks.items() if run not in self.failed}
         return collected_remarks(self.space, self.points, of_good)
 
-    def judge_call(self, runs: np.ndarray, outcome: Outcome) -> Judgement:
+    def judge_call(self, runs: np.ndarray, outcome: Outcome) -> CallVerdict:
         """Judge the runs of a call: which are good, with their values, and which failed, and why.
 
         No run is named where an error does not tell which of several failed.
         """
 
-        def without_values(reason: str, error: Exception) -> Judgement:
-            return runs[:0], None, {int(runs[0]): reason} if len(runs) == 1 else {}, error
+        def without_values(reason: str, error: Exception) -> CallVerdict:
+            failures = {int(runs[0]): reason} if len(runs) == 1 else {}
+            return CallVerdict(runs[:0], failures=failures, error=error)
 
         points = tuple(v[runs] for v in self.points)
         error = outcome.error
@@ -170,9 +180,9 @@ class Evaluated:
             failures = dict.fromkeys(map(int, runs[wrong]), reason)
             error = InputError(text)
         if not failures:
-            return runs, values, {}, error
+            return CallVerdict(runs, values, error=error)
         good_mask = ~np.isin(runs, list(failures))
-        return runs[good_mask], values[good_mask], failures, error
+        return CallVerdict(runs[good_mask], values[good_mask], failures, error)
 
     def _of_one_sample(self, runs: np.ndarray, error: Exception) -> InputError | None:
         """Return what `of_one_sample` does, once: it calls the response."""

@@ -195,16 +195,19 @@ class Evaluations:
         """Take the outcome of a call; return its failed runs, or None if these are not known."""
         seconds = outcome.seconds / len(runs)
         evaluation.remark(runs, outcome.remarks)
-        good_runs, values, failures, error = evaluation.judge_call(runs, outcome)
-        if values is not None and len(good_runs):
-            evaluation.take(good_runs, values)
-            evaluation.write(good_runs, values, "", seconds)
-            advance(len(good_runs))
-        if error is not None and not failures:
+        verdict = evaluation.judge_call(runs, outcome)
+        if verdict.values is not None and len(verdict.good_runs):
+            evaluation.take(verdict.good_runs, verdict.values)
+            evaluation.write(verdict.good_runs, verdict.values, "", seconds)
+            advance(len(verdict.good_runs))
+        if verdict.error is not None and not verdict.failures:
             if self.failed == "stop":
-                raise error
+                raise verdict.error
             return None
-        return {run: FailedRun(reason, error, seconds) for run, reason in failures.items()}
+        return {
+            run: FailedRun(reason, verdict.error, seconds)
+            for run, reason in verdict.failures.items()
+        }
 
     def _fail(
         self, evaluation: Evaluated, failures: Mapping[int, FailedRun], advance: Advance
@@ -239,8 +242,8 @@ class Evaluations:
             response = refinements["step"]
             tasks = [lambda: evaluation.arguments(run)]
             outcome = next(iter(self.perform(response.original, tasks)))[1]
-            good_runs, values, _, _ = evaluation.judge_call(run, outcome)
-            if values is not None and len(good_runs):
+            verdict = evaluation.judge_call(run, outcome)
+            if verdict.values is not None and len(verdict.good_runs):
                 is_labelled = isinstance(outcome.value, xr.DataArray)
                 # by the response itself
                 extra_halving = is_labelled and "halved_step" in outcome.value.attrs
@@ -250,8 +253,8 @@ class Evaluations:
                 )
                 evaluation.remarks[int(run[0])] = [remark]
                 evaluation.remark(run, outcome.remarks)
-                evaluation.take(good_runs, values)
-                evaluation.write(good_runs, values, text, outcome.seconds)
+                evaluation.take(verdict.good_runs, verdict.values)
+                evaluation.write(verdict.good_runs, verdict.values, text, outcome.seconds)
                 return True
         return False
 

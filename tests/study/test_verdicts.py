@@ -19,8 +19,13 @@ from flexband.study.nominal import with_runs
 
 def least_of(verdict, margin, margin_between, error, at_most=None):
     at_most = margin if at_most is None else at_most
-    fields = {"margin": margin, "margin_between": margin_between, "at_most": at_most, "error": error}
-    return SimpleNamespace(**fields, verdict=verdict)
+    return SimpleNamespace(
+        margin=margin,
+        margin_between=margin_between,
+        at_most=at_most,
+        error=error,
+        verdict=verdict,
+    )
 
 
 def verdict_of(

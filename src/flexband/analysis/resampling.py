@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -117,8 +117,8 @@ class OverOutput(WrappingResponse):
 
     def course(self, **values: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return the times, and the output at them in the first run, in the unit of the values."""
-        axis, _, times, scale, _ = self._parts(self.function(**values))
-        return times, axis[0] / scale
+        motion = self._motion(self.function(**values))
+        return motion.times, motion.axis[0] / motion.scale
 
     def __call__(self, **values: Any) -> xr.DataArray:
         """Return the other outputs, dims (sample, output, …), the last dim named as the output."""
@@ -133,7 +133,12 @@ class OverOutput(WrappingResponse):
             failures = dict(error.failures)
             messages = [str(error)]
         # Locate the values in each run; decreasing outputs are treated with the other sign.
-        axis, others, times, scale, unit = self._parts(series)
+        motion = self._motion(series)
+        axis = motion.axis
+        others = motion.others
+        times = motion.times
+        scale = motion.scale
+        unit = motion.unit
         sign = np.where(axis[:, -1:] < axis[:, :1], -1.0, 1.0)
         axis = sign * axis
         targets = sign * scale * self.values
@@ -169,8 +174,8 @@ class OverOutput(WrappingResponse):
         self._warn_of_few_times(result, _interpolate(*runs, stride=2))
         return result
 
-    def _parts(self, series: Any) -> tuple[np.ndarray, xr.DataArray, np.ndarray, float, str]:
-        """Return the output, the other ones, the times, and the size and name of the unit."""
+    def _motion(self, series: Any) -> _Motion:
+        """Return what a response has returned, divided into its parts."""
         dims = series.dims if isinstance(series, xr.DataArray) else ()
         if dims[:2] != ("sample", "output") or len(dims) != 3 or min(series.shape[1:]) < 2:
             raise InputError(
@@ -184,7 +189,7 @@ class OverOutput(WrappingResponse):
         times = series[dims[2]].values if dims[2] in series.coords else np.arange(series.shape[2])
         unit = str(axis["unit"].values) if "unit" in axis.coords else ""
         scale = factor("unit", self.unit, unit) if self.unit and unit else 1.0
-        return axis.values, others, times.astype(float), scale, self.unit or unit
+        return _Motion(axis.values, others, times.astype(float), scale, self.unit or unit)
 
     def _warn_of_few_times(
         self,
@@ -214,6 +219,16 @@ class OverOutput(WrappingResponse):
                 "output_step",
                 ResolutionWarning,
             )
+
+
+class _Motion(NamedTuple):
+    """Runs whose outputs are wanted over one of them."""
+
+    axis: np.ndarray  # this output, (samples, times)
+    others: xr.DataArray  # the other ones, dims (sample, output, time)
+    times: np.ndarray  # [s]
+    scale: float  # of the unit in which values of the axis are given, in that of the response
+    unit: str  # in which they are given
 
 
 def _passages(series: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, int, str]:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from itertools import chain, groupby
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -117,7 +118,7 @@ def assemble(mechanism: Mechanism) -> System:
 
     # Collect the tables of numbers and indices.
     inertia = Inertia(model)
-    outputs, units, sensors, conditions, sensor_rows = _sensors(model)
+    sensing = Sensing.from_model(model)
     watched = model.watch_list
     weight, force_rows = _forces(model)
     vectors = VectorTables.from_model(model)
@@ -132,7 +133,7 @@ def assemble(mechanism: Mechanism) -> System:
         ),
         "friction": FrictionTable(model, vectors),
         "forces": ProductTable(force_rows),
-        "sensors": ProductTable(sensor_rows),
+        "sensors": ProductTable(sensing.rows),
         "extremes": ExtremeTable([w.form for w in watched], [w.kind for w in watched]),
     }
     # Find the functions of time, and the pattern of the matrix.
@@ -151,7 +152,7 @@ def assemble(mechanism: Mechanism) -> System:
     pivots = [places.slot(k, k) for k in range(state.friction, state.angle)]  # of what slides
     pattern = pattern._replace(filled_up=indices([*pattern.filled_up, *pivots]))
     # Fill in the structure and the values.
-    forms = [*sensor_rows, *(form for form, *_ in watched)]
+    forms = [*sensing.rows, *(form for form, *_ in watched)]
     read = {i for row in forms for key in row.terms for i in key[:2]}
     structure = Structure(
         state=state,
@@ -186,11 +187,20 @@ def assemble(mechanism: Mechanism) -> System:
     samples = count_samples([*leaves(values), *driven])
     loads = [name for name, entries in model.entries.items() for _ in entries.laws]
     return System(
-        structure, samples, values, functions, owners, [part for part, _ in model.turn_axes],
-        outputs, units, sensors, conditions,
-        list(zip(loads, vectors.laws.compiled, strict=True)),
-        mechanism, stack(model.initial_guess),
-    )  # fmt: skip
+        structure=structure,
+        samples=samples,
+        values=values,
+        functions=functions,
+        constraints=owners,
+        turning=[part for part, _ in model.turn_axes],
+        outputs=sensing.outputs,
+        units=sensing.units,
+        sensors=sensing.sensors,
+        conditions=sensing.conditions,
+        laws=list(zip(loads, vectors.laws.compiled, strict=True)),
+        mechanism=mechanism,
+        nominal_start=stack(model.initial_guess),
+    )
 
 
 def _angle_coordinates(model: Model) -> set[int]:
@@ -201,27 +211,32 @@ def _angle_coordinates(model: Model) -> set[int]:
     return {n for i, j, _ in keys for n in (i, j) if n > 0}
 
 
-def _sensors(model: Model):
-    """Return outputs, units, sensors with their rows, owners of conditions, and all the rows."""
-    outputs = []
-    units = []
-    sensors = []
-    conditions = []
-    rows = []
-    for name, sensor in model.sensors.items():
-        before = len(outputs)
-        for output, unit in model.outputs[name]:
-            outputs.append(output)
-            units.append(unit)
-        first = len(rows)
-        rows += sensor.rows(model)
-        derived = partial(_derive_outputs, name, len(outputs) - before, sensor, model)
-        sensors.append((derived, slice(first, len(rows))))
-    for name, joint in model.joints.items():
-        positive = joint.conditions(model.frame)
-        conditions += [name] * len(positive)
-        rows += positive
-    return outputs, units, sensors, conditions, rows
+class Sensing(NamedTuple):
+    """What the engine evaluates at every time for the sensors, and for the conditions of joints."""
+
+    outputs: list[str]
+    units: list[str]
+    sensors: list[tuple[Callable[[np.ndarray], np.ndarray], slice]]
+    """For each sensor, the function that computes its outputs from its rows, and these rows."""
+    conditions: list[str]  # the joint of each condition
+    rows: list[Form]  # of all sensors, then the conditions
+
+    @staticmethod
+    def from_model(model: Model) -> Sensing:
+        """Return the sensing of a model."""
+        sensing = Sensing([], [], [], [], [])
+        for name, sensor in model.sensors.items():
+            sensing.outputs.extend(output for output, _ in model.outputs[name])
+            sensing.units.extend(unit for _, unit in model.outputs[name])
+            first = len(sensing.rows)
+            sensing.rows.extend(sensor.rows(model))
+            derive = partial(_derive_outputs, name, len(model.outputs[name]), sensor, model)
+            sensing.sensors.append((derive, slice(first, len(sensing.rows))))
+        for name, joint in model.joints.items():
+            positive = joint.conditions(model.frame)
+            sensing.conditions.extend([name] * len(positive))
+            sensing.rows.extend(positive)
+        return sensing
 
 
 def _derive_outputs(

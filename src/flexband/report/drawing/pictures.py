@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,17 +32,26 @@ def mechanism_picture(mechanism: Mechanism) -> str:
     return svg_address(width, height, [axes.picture(BEFORE[0], AFTER[1])])
 
 
-def field_series(field: Field, points: int) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], str]:
-    """Return x of a field's domain, (points,), realizations, and lines there with their name."""
-    realizations = 8
+class FieldSeries(NamedTuple):
+    """A field along its domain."""
+
+    x: np.ndarray  # (points,)
+    realizations: np.ndarray  # (realizations, points)
+    lines: list[np.ndarray]  # μ ± σ or limits, (points,) each
+    lines_name: str
+
+
+def field_series(field: Field, points: int) -> FieldSeries:
+    """Return realizations and bounds of a field at points of its domain."""
+    count = 8
     x = np.linspace(*field.extent, points)
-    drawn = field.realizations(x, realizations)
+    realizations = field.realizations(x, count)
     if isinstance(field, RandomField):
         middle = field.nominal(x)
         deviation = field.deviation(x)
-        return x, drawn, [middle - deviation, middle + deviation], "μ ± σ"
+        return FieldSeries(x, realizations, [middle - deviation, middle + deviation], "μ ± σ")
     lines = list(field.limits(x)) if isinstance(field, IntervalField) else []
-    return x, drawn, lines, "limits"
+    return FieldSeries(x, realizations, lines, "limits")
 
 
 def fields_picture(fields: Mapping[str, Field], along: Mapping[str, str]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import singledispatch
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -173,8 +173,17 @@ def _of_distribution(distribution: Input, scale: float) -> tuple[str, str]:
     return kind, "; ".join([summary, *intervals])
 
 
-def statistics(input_: Input) -> tuple[float, float, float, float] | None:
-    """Return 5 % and 95 % quantiles, mean and std of a random number; None of anything else."""
+class Statistics(NamedTuple):
+    """A random number in four."""
+
+    low: float  # 5 % quantile
+    high: float  # 95 % quantile
+    mean: float
+    std: float
+
+
+def statistics(input_: Input) -> Statistics | None:
+    """Return the statistics of a random number; None of anything else."""
     space = Space({"input": input_})
     if space.random_dimension != 1 or not space.inputs["input"].numeric:
         return None
@@ -187,4 +196,4 @@ def statistics(input_: Input) -> tuple[float, float, float, float] | None:
     nodes, weights = space.families[0].gauss(32)
     values = at(nodes[:, None])
     mean = float(weights @ values)
-    return low, high, mean, float(np.sqrt(weights @ (values - mean) ** 2))
+    return Statistics(low, high, mean, float(np.sqrt(weights @ (values - mean) ** 2)))

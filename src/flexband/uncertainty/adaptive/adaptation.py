@@ -120,7 +120,7 @@ class Adaptation:
             self.design = SampledDesign(MIN_RUNS, m, families, discs)
         # Run it, with the held-out points that earlier runs do not cover.
         earlier_runs = evaluate.earlier_runs(self.generic)
-        new = generic_points(0, self.generic - len(earlier_runs[0]), m, families, discs)
+        new = generic_points(0, self.generic - len(earlier_runs.xi), m, families, discs)
         xi, eta = map(np.concatenate, zip(self.design.points, new, strict=True))
         values = evaluate(xi, eta)
         count = len(self.design)
@@ -129,10 +129,10 @@ class Adaptation:
         self.dt = step(values) if phase_resolved else 1.0
         runs = ResponseRuns(xi, eta, series(values))
         self.quantities = quantities(evaluate, runs.values.shape[1])
-        if len(earlier_runs[0]):
-            earlier_values = earlier_runs[2].reshape(-1, *runs.values.shape[1:])
+        if len(earlier_runs.xi):
+            earlier_values = earlier_runs.values.reshape(-1, *runs.values.shape[1:])
             runs = ResponseRuns.concatenate(
-                runs, ResponseRuns(earlier_runs[0], earlier_runs[1], earlier_values)
+                runs, ResponseRuns(earlier_runs.xi, earlier_runs.eta, earlier_values)
             )
         self.made = RunBuffer(successful_runs(runs, count), count, budget)  # fitted, and held out
         self.generic = len(self.holdout.values)

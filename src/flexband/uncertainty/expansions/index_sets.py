@@ -51,8 +51,9 @@ def bounded_terms(dimension: int, order: int, q_norm: float, max_terms: int) -> 
         terms += math.comb(dimension, len(orders))
         if terms > max_terms:
             raise InputError(
-                f"order {order} with q_norm {q_norm:g} has more than {number_of(max_terms, 'term')} in "
-                f"{number_of(dimension, 'variable')}; choose a lower order or a smaller q_norm"
+                f"order {order} with q_norm {q_norm:g} has more than "
+                f"{number_of(max_terms, 'term')} in {number_of(dimension, 'variable')}; "
+                "choose a lower order or a smaller q_norm"
             )
     # Assign the orders to all combinations of variables.
     index = []

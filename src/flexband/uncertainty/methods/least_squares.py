@@ -134,15 +134,15 @@ class RegressionPCCI(ExpansionMethod):
         index = self.index(space)
         m = space.interval_dimension
         earlier_runs = evaluate.earlier_runs(self.fitted_runs(space) // 2)
-        new = self.fitted_runs(space) - len(earlier_runs[0])
+        new = self.fitted_runs(space) - len(earlier_runs.xi)
         points = nested_points(new, m, space.families, self.seed, space.discs)
         values = evaluate(*points)
-        if len(earlier_runs[0]):
+        if len(earlier_runs.xi):
             points = (
-                np.concatenate([points[0], earlier_runs[0]]),
-                np.concatenate([points[1], earlier_runs[1]]),
+                np.concatenate([points[0], earlier_runs.xi]),
+                np.concatenate([points[1], earlier_runs.eta]),
             )
-            earlier_values = earlier_runs[2].reshape(-1, *values.shape[1:])
+            earlier_values = earlier_runs.values.reshape(-1, *values.shape[1:])
             values = xr.concat([values, values[:0].pad(sample=(0, len(earlier_values)))], "sample")
             values.values[new:] = earlier_values
         # Leave out runs that failed.

@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -14,6 +14,7 @@ import xarray as xr
 from flexband.basics.response import Description
 from flexband.basics.words import number_of
 from flexband.errors import InputError
+from flexband.remarks.collection import CollectedRemark
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.diagnostics import Quantities
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -26,6 +27,15 @@ REFINEMENTS = "a response that has `refinements`, as that of dynamic_response"
 
 HELD = 4
 """Runs that methods with given orders hold out, if they do."""
+
+
+class EarlierRuns(NamedTuple):
+    """Runs that a store has of other inputs or methods."""
+
+    xi: np.ndarray = np.zeros((0, 0))
+    eta: np.ndarray = np.zeros((0, 0))
+    values: np.ndarray = np.zeros((0, 0))  # (runs, …)
+    remarks: Sequence[CollectedRemark] = ()
 
 
 class Evaluate(ABC):
@@ -49,9 +59,9 @@ class Evaluate(ABC):
         numbers = self.description.discretization.items()
         return ", ".join(f"{name} {n:.6g}" for name, n in numbers)
 
-    def earlier_runs(self, max_runs: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return ξ, η and values of up to so many earlier runs at generic points."""
-        return np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))
+    def earlier_runs(self, max_runs: int) -> EarlierRuns:
+        """Return up to so many earlier runs at generic points."""
+        return EarlierRuns()
 
     def at_more_times(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray | None:
         """Return uncounted runs at all steps, evenly between the response's times, or None."""

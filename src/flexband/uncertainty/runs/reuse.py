@@ -19,10 +19,11 @@ from flexband.execution.fingerprint import fingerprint
 from flexband.execution.names import FileName
 from flexband.execution.record import RunRecorder
 from flexband.execution.store import Owner, Store, mechanics_hash
-from flexband.remarks.collection import CollectedRemark, remarks_in
+from flexband.remarks.collection import remarks_in
 from flexband.uncertainty.inputs.fields.field import fields_of
 from flexband.uncertainty.inputs.space import Space, locate_fields
 from flexband.uncertainty.inputs.unfolding import GivenInput, GivenInputs, in_words
+from flexband.uncertainty.methods.method import EarlierRuns
 from flexband.uncertainty.runs.evaluated import collected_remarks
 
 
@@ -37,22 +38,21 @@ def recorder(store: Store, response: ResponseFunction, space: Space) -> RunRecor
     )
 
 
-def generic_runs(
-    record: RunRecorder, space: Space, setting: str, max_runs: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[CollectedRemark]]:
-    """Return ξ, η, values and remarks of up to `max_runs` runs of studies with other intervals.
+def generic_runs(record: RunRecorder, space: Space, setting: str, max_runs: int) -> EarlierRuns:
+    """Return up to `max_runs` runs of studies with other intervals.
 
     They are within the intervals of this space, and the random inputs were the same. There are none
     for spaces with fields, nor where no input is an interval.
     """
-    n = space.random_dimension
-    m = space.interval_dimension
-    none = np.zeros((0, n)), np.zeros((0, m)), np.zeros((0,)), list[CollectedRemark]()
     intervals = texts(space, random=False)
     random = texts(space, random=True)
     runs = record.of_other_intervals(setting, intervals, random)
-    if fields_of(space.inputs) or record.labels is None or not (len(runs) and m):
-        return none
+    if (
+        fields_of(space.inputs)
+        or record.labels is None
+        or not (len(runs) and space.interval_dimension)
+    ):
+        return EarlierRuns()
     runs = runs[:10_000]  # comparing more takes longer than making some
     names = list(space.recorded_at(*space.nominal()))
     numbers = record.inputs(runs)
@@ -68,12 +68,12 @@ def generic_runs(
         if len(rows) == max_runs:
             break
     if not rows:
-        return none
+        return EarlierRuns()
     xi, eta = (np.concatenate(parts) for parts in zip(*points, strict=True))
     values = record.read(runs[rows])[0]
     remark_texts = record.remarks(runs[rows])
     remarks = {k: remarks_in(text) for k, text in enumerate(remark_texts) if text}
-    return xi, eta, values, collected_remarks(space, (xi, eta), remarks)
+    return EarlierRuns(xi, eta, values, collected_remarks(space, (xi, eta), remarks))
 
 
 def locate_domains(

@@ -24,7 +24,13 @@ from flexband.uncertainty.inputs.evaluation import inputs_in_words
 from flexband.uncertainty.inputs.one_sample import of_one_sample
 from flexband.uncertainty.inputs.space import Space, check_names
 from flexband.uncertainty.inputs.unfolding import GivenInputs, cases, in_words
-from flexband.uncertainty.methods.method import REFINEMENTS, Evaluate, Method, check_runs
+from flexband.uncertainty.methods.method import (
+    REFINEMENTS,
+    EarlierRuns,
+    Evaluate,
+    Method,
+    check_runs,
+)
 from flexband.uncertainty.runs.evaluated import Evaluated
 from flexband.uncertainty.runs.evaluations import (
     EvaluationOptions,
@@ -418,22 +424,22 @@ class Level(Evaluate):
             )
         return runs.take(self, evaluation, purpose)
 
-    def earlier_runs(self, max_runs: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return ξ, η and values of up to so many runs that a store has for other intervals."""
+    def earlier_runs(self, max_runs: int) -> EarlierRuns:
+        """Return up to so many runs that a store has for other intervals."""
         runs = self.runs
         record = self.runs.evaluations.record
         if record is None:
-            return np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))
-        xi, eta, values, remarks = generic_runs(
+            return EarlierRuns()
+        earlier_runs = generic_runs(
             record,
             runs.space,
             setting(runs.case, self.refined_parts, self.response.branch),
             max_runs,
         )
-        runs.remark(self.refined_parts, remarks)
-        runs.done += len(xi)
-        runs.reused += len(xi)
-        return xi, eta, values
+        runs.remark(self.refined_parts, earlier_runs.remarks)
+        runs.done += len(earlier_runs.xi)
+        runs.reused += len(earlier_runs.xi)
+        return earlier_runs
 
     def at_more_times(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray | None:
         """Return runs at the times of all steps, which are not counted; None if one fails."""

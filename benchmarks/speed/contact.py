@@ -24,7 +24,7 @@ from benchmarks.speed import peer_exudyn as peer
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import begin, march_block
-from flexband.mechanics.engine.generalized_alpha import NEWTON
+from flexband.mechanics.engine.newton import NEWTON
 from flexband.mechanics.engine.threads import available_cores
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 

@@ -37,7 +37,7 @@ from flexband.mechanics.engine.threads import interruptible, while_compiling
 from flexband.mechanics.equilibrium import check_steps
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.linearization.block_modes import ModeSolver, SampleModes
-from flexband.mechanics.linearization.linearize import Spin
+from flexband.mechanics.linearization.spin import Spin
 from flexband.mechanics.linearization.thickness import Thickness
 from flexband.mechanics.model.mechanism import Mechanism
 

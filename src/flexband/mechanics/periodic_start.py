@@ -23,7 +23,7 @@ from flexband.mechanics.assembly.structure import Values, WorkSpace
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.assembly.vectors import time as of_time
 from flexband.mechanics.engine.batch import BlockStart, Run, Start, begin, hold, march_block
-from flexband.mechanics.engine.generalized_alpha import NEWTON
+from flexband.mechanics.engine.newton import NEWTON
 from flexband.mechanics.engine.threads import stop_flag
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.forms import Composed

@@ -16,9 +16,11 @@ from flexband.uncertainty.inputs.unfolding import GivenInputs
 from flexband.uncertainty.methods.method import MAX_RUNS, ExpansionMethod, Method, as_method
 from flexband.uncertainty.runs import BATCH
 from flexband.uncertainty.runs.between import between_times
+from flexband.uncertainty.runs.cases import counted_runs
 from flexband.uncertainty.runs.evaluations import EvaluationOptions, OutputCheck
 from flexband.uncertainty.runs.fine_enough import start_fine_enough
-from flexband.uncertainty.runs.runs import CountedRuns, counted_runs
+from flexband.uncertainty.runs.idle_inputs import warn_of_idle_inputs
+from flexband.uncertainty.runs.runs import CountedRuns
 from flexband.uncertainty.surrogates.bands import with_names_and_units
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, over_choices
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
@@ -164,7 +166,11 @@ def expand(
 
 
 def _with_run_counts(runs: CountedRuns, result: xr.Dataset) -> xr.Dataset:
-    """Return a result with what is known of its runs, also between the times of its outputs."""
+    """Return a result with the counts of its runs, and what they did between the output times.
+
+    Inputs that change no output are warned of.
+    """
+    warn_of_idle_inputs(runs)
     counts = runs.attributes(result.attrs)
     between = between_times(runs, result)
     return result.assign(between.variables).assign_attrs(counts | between.attrs)

@@ -14,14 +14,10 @@ from flexband.mechanics.engine.corrections import Corrections, corrections, repo
 from flexband.mechanics.engine.entries import HOLD, MARCH, START, dynamics, free_dynamics, statics
 from flexband.mechanics.engine.failures import blame_laws, blame_overlaps
 from flexband.mechanics.engine.free_steps.under_way import BlocksUnderWay
-from flexband.mechanics.engine.generalized_alpha import (
-    NEWTON,
-    Coefficients,
-    GeneralizedAlpha,
-    StepLimits,
-)
+from flexband.mechanics.engine.generalized_alpha import Coefficients, GeneralizedAlpha, StepLimits
 from flexband.mechanics.engine.initial_conditions import ASSEMBLY
 from flexband.mechanics.engine.loop_closure import close_loops, guess_state
+from flexband.mechanics.engine.newton import NEWTON
 from flexband.mechanics.engine.projection import PROJECTION
 from flexband.mechanics.engine.redundancy import rank_deficiency, require_inertia
 from flexband.mechanics.engine.straining import LargestStrains, Members, kept_steps

@@ -10,8 +10,8 @@ import numpy as np
 
 from flexband.mechanics.engine.free_steps.impacts import strike_at_start
 from flexband.mechanics.engine.free_steps.march import march_freely
-from flexband.mechanics.engine.generalized_alpha import march
 from flexband.mechanics.engine.initial_conditions import start
+from flexband.mechanics.engine.march import march
 from flexband.mechanics.engine.static_solver import settle
 from flexband.mechanics.kernels.equations import loads, residual, sense, tangent
 from flexband.mechanics.kernels.lanes import cached, splat

@@ -19,7 +19,7 @@ from flexband.mechanics.assembly.structure import KEPT
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.centre_line import CentreLine
-from flexband.mechanics.engine.generalized_alpha import kept_at
+from flexband.mechanics.engine.rounds import kept_at
 from flexband.remarks.remark import Remark, RemarkKind
 
 

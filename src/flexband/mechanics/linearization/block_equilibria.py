@@ -14,9 +14,11 @@ from flexband.mechanics.engine.entries import SENSE, SETTLE
 from flexband.mechanics.engine.static_solver import STATIC
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_arrays import WIDTH
-from flexband.mechanics.linearization.balance import Balance, RestSearch, find_rest
-from flexband.mechanics.linearization.linearize import Equations, Spin
+from flexband.mechanics.linearization.balance import Balance
+from flexband.mechanics.linearization.linearize import Equations
 from flexband.mechanics.linearization.load_path import raise_loads, snap_throughs
+from flexband.mechanics.linearization.rest_search import RestSearch, find_rest
+from flexband.mechanics.linearization.spin import Spin
 
 
 class BlockEquilibria(NamedTuple):

@@ -22,7 +22,8 @@ from flexband.mechanics.linearization.balance import Balance
 from flexband.mechanics.linearization.block_equilibria import block_equilibria, no_rotation
 from flexband.mechanics.linearization.contact_damping import contact_damping
 from flexband.mechanics.linearization.eigenmodes import Eigenmodes, eigenmodes
-from flexband.mechanics.linearization.linearize import Equations, Linear, Spin
+from flexband.mechanics.linearization.linearize import Equations, Linear
+from flexband.mechanics.linearization.spin import Spin
 from flexband.mechanics.linearization.steady_motion import check_steady, driven_spins
 from flexband.mechanics.linearization.thickness import Thickness
 

@@ -20,7 +20,8 @@ from flexband.mechanics.engine.static_solver import STATIC
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.linearization.balance import Balance
-from flexband.mechanics.linearization.linearize import Equations, Spin
+from flexband.mechanics.linearization.linearize import Equations
+from flexband.mechanics.linearization.spin import Spin
 
 
 class SnapThroughSearch(NamedTuple):

@@ -19,13 +19,8 @@ from flexband.mechanics.engine.batch import begin
 from flexband.mechanics.kernels.lane_arrays import zeros
 from flexband.mechanics.linearization.balance import Balance
 from flexband.mechanics.linearization.eigenmodes import Eigenmodes, rounding_errors
-from flexband.mechanics.linearization.linearize import (
-    Driven,
-    Equations,
-    Linear,
-    Spin,
-    rotate_vectors,
-)
+from flexband.mechanics.linearization.linearize import Equations, Linear
+from flexband.mechanics.linearization.spin import Driven, Spin, rotate_vectors
 
 
 class SteadyChecks(NamedTuple):

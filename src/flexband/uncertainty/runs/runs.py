@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import Enum
 from functools import cached_property
 from typing import Any, TypeVar
@@ -11,19 +10,19 @@ from typing import Any, TypeVar
 import numpy as np
 import xarray as xr
 
-from flexband.basics.checks import check_function, check_integer
+from flexband.basics.checks import check_integer
 from flexband.basics.progress import Advance, Budget, Progress
-from flexband.basics.response import Description, Response, ResponseFunction, as_response
-from flexband.basics.warning import warn, without_warnings
+from flexband.basics.response import Description, Response
+from flexband.basics.warning import without_warnings
 from flexband.basics.words import number_of, value_text
 from flexband.errors import InputError, ResolutionWarning, RunError
-from flexband.execution.store import as_store, versions
+from flexband.execution.store import versions
 from flexband.remarks.collection import CollectedRemark, as_attribute, catch_remarks
-from flexband.uncertainty.inputs.effects import all_have_effects, never_read, probes, without_effect
+from flexband.uncertainty.inputs.effects import all_have_effects
 from flexband.uncertainty.inputs.evaluation import inputs_in_words
 from flexband.uncertainty.inputs.one_sample import of_one_sample
-from flexband.uncertainty.inputs.space import Space, check_names
-from flexband.uncertainty.inputs.unfolding import GivenInputs, cases, in_words
+from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.unfolding import GivenInputs, in_words
 from flexband.uncertainty.methods.method import (
     REFINEMENTS,
     EarlierRuns,
@@ -35,60 +34,14 @@ from flexband.uncertainty.runs.evaluated import Evaluated
 from flexband.uncertainty.runs.evaluations import (
     EvaluationOptions,
     Evaluations,
-    evaluations,
     setting,
 )
 from flexband.uncertainty.runs.repetition import check_repetition, check_stored, middle
-from flexband.uncertainty.runs.reuse import generic_runs, keep_domains, locate_domains
+from flexband.uncertainty.runs.reuse import generic_runs
 from flexband.uncertainty.surrogates.extrapolation import reached_range
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 Answer = TypeVar("Answer")
-
-
-def counted_runs(
-    function: ResponseFunction, inputs: GivenInputs, method: Method, options: EvaluationOptions
-) -> Generator[CountedRuns, None, None]:
-    """Yield the runs of every combination of options; those of one are made before the next.
-
-    The store is closed with the generator. Errors are those of `propagate`.
-    """
-    check_function("response", function)
-    check_names(function, inputs)
-    response = as_response(function)
-    with without_warnings(ResolutionWarning):
-        new_inputs, exploration_runs = locate_domains(function, inputs, as_store(options.store))
-    all_inputs = cases(new_inputs)
-    remaining = len(all_inputs)
-    finished_runs = 0
-    labels = None
-    budget = None
-
-    def advance(done: int, total: int) -> None:
-        nonlocal budget
-        overall_total = finished_runs + total * remaining
-        if isinstance(total, Budget):
-            budget = total
-        if budget and (total is budget or remaining > 1):
-            overall_total = Budget.from_levels(overall_total, budget.per_level)
-        if options.progress is not None:
-            options.progress(finished_runs + done, overall_total)
-
-    with evaluations(function, new_inputs, options) as evaluate:
-        if exploration_runs:
-            keep_domains(function, new_inputs, evaluate.record)
-        for label, case_inputs in all_inputs.items():
-            runs = CountedRuns(
-                response, case_inputs, method, evaluate, options, len(all_inputs), advance
-            )
-            runs.labels = labels
-            runs.case = label
-            runs.exploration_runs = exploration_runs
-            runs.check_left_out()
-            yield runs
-            labels = runs.labels
-            finished_runs += runs.done
-            remaining -= 1
 
 
 Call = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -308,9 +261,8 @@ class CountedRuns:
         """Return the number of runs and the method, and report that all runs are done.
 
         The attributes of the result tell why the method does not trust it, and what it has made
-        finer. Inputs that change no output are warned of.
+        finer.
         """
-        self._check_inputs()
         if self.budget > self.done or isinstance(self.budget, Budget):
             self.progress(self.done, self.done)
         xi = np.concatenate([call[0] for level in self.levels for call in level.calls])
@@ -358,35 +310,6 @@ class CountedRuns:
             if varying_names
             else {}
         )
-
-    def _check_inputs(self) -> None:
-        """Warn of inputs that change no output; the budget may pay for runs that prove it."""
-        unread = never_read(self.response.original, self.space.inputs)
-        level = max(self.levels, key=lambda level: sum(len(call[0]) for call in level.calls))
-        idle_inputs = {}
-        suspects = []
-        if not level.all_have_effects:
-            idle_inputs, suspects = self._without_effect(level.calls)
-        suspects = [name for name in suspects if name not in unread]
-        probe_points = probes(self.space, suspects)
-        if suspects and self.done + len(probe_points[0]) <= self.total:
-            with suppress(Exception), without_warnings(ResolutionWarning):  # failures prove nothing
-                values = level(*probe_points, Purpose.PROBE).values
-                idle_names = self._without_effect([(*probe_points, values)])[1]
-                idle_inputs |= {
-                    name: len(probe_points[0]) for name in suspects if name in idle_names
-                }
-        for name in self.space.uncertain:
-            if name in unread:
-                warn(f"input {name!r} changes no output: the response never reads it")
-            elif name in idle_inputs:
-                where = " at the two values of it that were run" if idle_inputs[name] == 2 else ""
-                warn(f"input {name!r} changes no output{where}")
-
-    def _without_effect(self, calls: list[Call]) -> tuple[dict[str, int], list[str]]:
-        parts = zip(*calls, strict=True)
-        xi, eta, values = (p[0] if len(p) == 1 else np.concatenate(p) for p in parts)
-        return without_effect(self.space, (xi, eta), values)
 
 
 def _is_success(values: np.ndarray) -> np.ndarray:

@@ -13,8 +13,8 @@ from flexband.mechanics.engine.free_steps.crossings import (
 )
 from flexband.mechanics.engine.free_steps.effective_mass import update_masses
 from flexband.mechanics.engine.free_steps.stick_slip import settle_modes, update_margins
-from flexband.mechanics.engine.generalized_alpha import go_back, keep_state, restart
 from flexband.mechanics.engine.projection import share
+from flexband.mechanics.engine.rounds import go_back, keep_state, restart
 from flexband.mechanics.kernels.equations import watch
 from flexband.mechanics.kernels.failure_codes import FAILURE, note_failure
 from flexband.mechanics.kernels.lanes import (

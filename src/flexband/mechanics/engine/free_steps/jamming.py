@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.mechanics.engine.free_steps.effective_mass import factorize_frictionless
-from flexband.mechanics.engine.generalized_alpha import go_back, keep_state
 from flexband.mechanics.engine.projection import refine
+from flexband.mechanics.engine.rounds import go_back, keep_state
 from flexband.mechanics.kernels.angles import pass_on_moments
 from flexband.mechanics.kernels.constraints import add_constraints
 from flexband.mechanics.kernels.equations import update_dependent

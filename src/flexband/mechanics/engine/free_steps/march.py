@@ -27,11 +27,10 @@ from flexband.mechanics.engine.free_steps.impacts import strike_by_drive
 from flexband.mechanics.engine.free_steps.jamming import find_jams
 from flexband.mechanics.engine.free_steps.state_errors import error_of_states, update_sizes
 from flexband.mechanics.engine.free_steps.stick_slip import update_margins
-from flexband.mechanics.engine.generalized_alpha import (
-    SHORTEST_STEP,
+from flexband.mechanics.engine.generalized_alpha import of_part
+from flexband.mechanics.engine.newton import SHORTEST_STEP, attempt, begin_steps, predict
+from flexband.mechanics.engine.rounds import (
     add_turns,
-    attempt,
-    begin_steps,
     break_off,
     finish_impulse,
     go_back,
@@ -39,8 +38,6 @@ from flexband.mechanics.engine.generalized_alpha import (
     keep,
     keep_state,
     kept_at,
-    of_part,
-    predict,
     sense_start,
     share_forces,
     states_to_keep,

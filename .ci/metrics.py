@@ -1,9 +1,9 @@
 """Measure how readable the package is, from its syntax trees; fail where a measure got worse.
 
 The table compares each measure with its ceiling, which metrics.json beside this file records, and
-with its goal. ``--record`` lowers the ceilings to today's values. Words, constants and types are
-counted per thousand names or statements, so that new features do not count as disorder. Shares may
-rise by half a percent, as they do where good code is deleted. The ceiling
+with its goal. ``--record`` lowers the ceilings to today's values, but not below the goals. Words,
+constants and types are counted per thousand names or statements, so that new features do not count
+as disorder. Shares may rise by half a percent, as they do where good code is deleted. The ceiling
 of the number of statements may be raised by hand, in a commit that says why.
 """
 
@@ -153,6 +153,18 @@ def participles(package: Package) -> float:
     return share_of_names(package, PARTICIPLES)
 
 
+def participles_and_attributes(package: Package) -> float:
+    """Return how many of a thousand names, those of attributes included, are participles."""
+    names = []
+    for node in package.nodes:
+        match node:
+            case ast.Name(id=name) | ast.arg(arg=name) | ast.Attribute(attr=name):
+                names.append(name)
+            case ast.keyword(arg=str(name)):
+                names.append(name)
+    return 1000 * sum(name.strip("_") in PARTICIPLES for name in names) / len(names)
+
+
 def share_of_names(package: Package, words: set[str]) -> float:
     """Return how many of a thousand variables and parameters are among some words."""
     names = [
@@ -180,6 +192,18 @@ def paired_assignments(package: Package) -> float:
         and isinstance(node.value, ast.Tuple)
     ]
     return 1000 * len(pairs) / package.statements
+
+
+def largest_module(package: Package) -> int:
+    """Return the number of statements of the largest module."""
+    modules = package.modules.values()
+    return max(sum(isinstance(node, ast.stmt) for node in module.nodes) for module in modules)
+
+
+def lines_per_comment(package: Package) -> float:
+    """Return the number of lines per line that is a comment."""
+    lines = [line.strip() for m in package.modules.values() for line in m.text.splitlines()]
+    return len(lines) / max(1, sum(line.startswith("#") for line in lines))
 
 
 def factories_of(package: Package) -> float:
@@ -360,6 +384,9 @@ MEASURES = [
     Measure("modules with names of a study's files", modules_with_file_names, 1),
     Measure("names of several classes", repeated_classes, 0),
     Measure("statements", lambda package: package.statements, 46000),
+    Measure("statements of the largest module", largest_module, 300),
+    Measure("lines per comment line", lines_per_comment, 120),
+    Measure("participles, attributes included, per 1000 names", participles_and_attributes, 4.0),
     Measure("factories called of", factories_of, 0),
     Measure("empty __init__.py", empty_packages, 0),
     Measure("vague names in tests, per 1000 names", vague_names, 3.0, "tests"),
@@ -389,7 +416,7 @@ def main(*, record: bool) -> int:
         table.add_row(measure.name, *(f"{x:g}" for x in (value, ceiling, measure.goal)))
         if value > ceiling * (1 + SLACK):
             exceeded.append(f"{measure.name}: {value:g}, at most {ceiling:g} before")
-        ceilings[measure.name] = min(value, ceiling)
+        ceilings[measure.name] = max(min(value, ceiling), measure.goal)
     Console().print(table)
     if record:
         CEILINGS.write_text(json.dumps(ceilings, indent=1) + "\n", encoding="utf-8")

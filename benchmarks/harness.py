@@ -11,7 +11,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from flexband.mechanics.engine.threads import available_cores
+from flexband.basics.cores import available_cores
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("flexband", "numpy", "numba", "scipy", "xarray", "exudyn", "chaospy")

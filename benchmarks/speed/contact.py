@@ -21,11 +21,11 @@ import flexband as fb
 from benchmarks.harness import ROOT, options, report
 from benchmarks.speed import peer_contact
 from benchmarks.speed import peer_exudyn as peer
+from flexband.basics.cores import available_cores
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import begin, march_block
 from flexband.mechanics.engine.newton import NEWTON
-from flexband.mechanics.engine.threads import available_cores
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 
 EXAMPLE = runpy.run_path(str(ROOT / "examples" / "worn_pin.py"))

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 import flexband as fb
 from benchmarks.harness import ROOT, alternate, medians, options, report
 from benchmarks.speed import peer_exudyn as peer
-from flexband.mechanics.engine.threads import available_cores
+from flexband.basics.cores import available_cores
 
 DURATION = 0.6
 STEP = 1e-3

@@ -20,10 +20,11 @@ import flexband as fb
 from benchmarks.harness import alternate, medians, options, report
 from benchmarks.speed import peer_exudyn as peer
 from benchmarks.speed.peer_models import MODULUS, OURS
+from flexband.basics.cores import available_cores
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import march_block
-from flexband.mechanics.engine.threads import available_cores, in_parallel
+from flexband.mechanics.engine.threads import in_parallel
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 
 SIZES = {"pendulum": (4, 16, 64, 256, 1024), "parallelograms": (1, 4, 16, 64)}

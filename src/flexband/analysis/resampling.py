@@ -174,7 +174,7 @@ class OverOutput(WrappingResponse):
         self._warn_of_few_times(result, _interpolate(*runs, stride=2))
         return result
 
-    def _motion(self, series: Any) -> _Motion:
+    def _motion(self, series: Any) -> _Courses:
         """Return what a response has returned, divided into its parts."""
         dims = series.dims if isinstance(series, xr.DataArray) else ()
         if dims[:2] != ("sample", "output") or len(dims) != 3 or min(series.shape[1:]) < 2:
@@ -189,7 +189,7 @@ class OverOutput(WrappingResponse):
         times = series[dims[2]].values if dims[2] in series.coords else np.arange(series.shape[2])
         unit = str(axis["unit"].values) if "unit" in axis.coords else ""
         scale = factor("unit", self.unit, unit) if self.unit and unit else 1.0
-        return _Motion(axis.values, others, times.astype(float), scale, self.unit or unit)
+        return _Courses(axis.values, others, times.astype(float), scale, self.unit or unit)
 
     def _warn_of_few_times(
         self,
@@ -221,7 +221,7 @@ class OverOutput(WrappingResponse):
             )
 
 
-class _Motion(NamedTuple):
+class _Courses(NamedTuple):
     """Runs whose outputs are wanted over one of them."""
 
     axis: np.ndarray  # this output, (samples, times)

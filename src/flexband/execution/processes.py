@@ -22,6 +22,7 @@ import cloudpickle
 
 from flexband.basics.arguments import frozen
 from flexband.basics.checks import check_integer, check_numbers, check_positive
+from flexband.basics.cores import available_cores
 from flexband.basics.response import ResponseFunction
 from flexband.execution.calls import (
     Outcome,
@@ -65,11 +66,7 @@ class Processes(Workers):
 
     @contextmanager
     def open(self) -> Iterator[Performing]:
-        if sys.platform == "linux":
-            cores = len(os.sched_getaffinity(0))
-        else:
-            cores = os.cpu_count() or 1
-        pool = _Pool(self.workers or cores, self.time_limit)
+        pool = _Pool(self.workers or available_cores(), self.time_limit)
         try:
             yield pool.perform
         finally:

@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flexband.basics.cores import available_cores
 from flexband.basics.progress import listener
 from flexband.compilation.caching import is_compiled
 from flexband.mechanics.bodies.rigid import RigidBody
 from flexband.mechanics.engine.entries import dynamics, statics
-from flexband.mechanics.engine.threads import available_cores
 from flexband.mechanics.joints.joints import Revolute
 from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.response import DynamicResponse
@@ -81,7 +81,7 @@ def compile_ahead(study: StudyDefinition) -> None:
     }
     part_names = [name for name in PARTS if study.expands and uses[name]]
     missing = [name for name in part_names if not all(map(is_compiled, PARTS[name][0]))]
-    if min(len(missing), available_cores()) < 2:
+    if len(missing) < 2 or available_cores() < 2:
         return
     listener().stage("compiling")
     listener().warn("compiling (once per machine, up to a minute) ...")

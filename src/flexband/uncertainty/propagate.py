@@ -18,9 +18,8 @@ from flexband.uncertainty.runs import BATCH
 from flexband.uncertainty.runs.between import between_times
 from flexband.uncertainty.runs.cases import counted_runs
 from flexband.uncertainty.runs.evaluations import EvaluationOptions, OutputCheck
-from flexband.uncertainty.runs.fine_enough import start_fine_enough
-from flexband.uncertainty.runs.idle_inputs import warn_of_idle_inputs
 from flexband.uncertainty.runs.runs import CountedRuns
+from flexband.uncertainty.runs.summary import attributes, warn_of_idle_inputs
 from flexband.uncertainty.surrogates.bands import with_names_and_units
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, over_choices
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
@@ -117,7 +116,6 @@ def propagate(
     results: dict[str, xr.Dataset] = {}
     with closing(counted_runs(response, inputs, method, options)) as runs_of_cases:
         for runs in runs_of_cases:
-            start_fine_enough(runs)
             bands = method.solve(runs.space, runs.start, sigmas)
             results[runs.case] = with_names_and_units(_with_run_counts(runs, bands))
     return results[""] if len(results) == 1 else over_choices(inputs, results)
@@ -158,7 +156,6 @@ def expand(
     surrogates: dict[str, Surrogate] = {}
     with closing(counted_runs(response, inputs, method, options)) as runs_of_cases:
         for runs in runs_of_cases:
-            start_fine_enough(runs)
             surrogate = method.expand(runs.space, runs.start)
             diagnostics = _with_run_counts(runs, surrogate.diagnostics)
             surrogates[runs.case] = replace(surrogate, diagnostics=diagnostics)
@@ -171,6 +168,6 @@ def _with_run_counts(runs: CountedRuns, result: xr.Dataset) -> xr.Dataset:
     Inputs that change no output are warned of.
     """
     warn_of_idle_inputs(runs)
-    counts = runs.attributes(result.attrs)
+    counts = attributes(runs, result.attrs)
     between = between_times(runs, result)
     return result.assign(between.variables).assign_attrs(counts | between.attrs)

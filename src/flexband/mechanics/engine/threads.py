@@ -7,7 +7,6 @@ ends, in a force law of the user, does not keep the process alive.
 
 from __future__ import annotations
 
-import os
 import sys
 import threading
 import time
@@ -19,6 +18,7 @@ from typing import TypeVar
 import numpy as np
 
 from flexband.basics.checks import check_integer
+from flexband.basics.cores import available_cores
 from flexband.basics.progress import Progress
 from flexband.compilation.caching import compiling
 from flexband.mechanics.kernels.lane_arrays import zeros
@@ -128,10 +128,3 @@ def while_compiling(work: Callable[[], Result], after: float = 2.0) -> Result:
 def thread_count(threads: int | None) -> int:
     """Return the number of threads; raise `InputError` if it is neither None nor 1 or more."""
     return available_cores() if threads is None else check_integer("threads", threads, 1)
-
-
-def available_cores() -> int:
-    """Return the number of processors that this process may use."""
-    if sys.platform == "linux":
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1

@@ -60,9 +60,10 @@ class Choice:
         object.__setattr__(self, "probabilities", _check_probabilities(options, probabilities))
 
     def __repr__(self) -> str:
-        options = ", ".join(map(repr, self.options))
-        has_probabilities = self.probabilities is not None
-        return f"Choice({options}{f', probabilities={self.probabilities}' * has_probabilities})"
+        arguments = [repr(option) for option in self.options]
+        if self.probabilities is not None:
+            arguments.append(f"probabilities={self.probabilities}")
+        return f"Choice({', '.join(arguments)})"
 
 
 def _check_probabilities(

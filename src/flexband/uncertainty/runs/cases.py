@@ -19,6 +19,7 @@ from flexband.uncertainty.runs.evaluations import (
     EvaluationOptions,
     evaluations,
 )
+from flexband.uncertainty.runs.fine_enough import start_fine_enough
 from flexband.uncertainty.runs.reuse import keep_domains, locate_domains
 from flexband.uncertainty.runs.runs import CountedRuns
 
@@ -62,6 +63,8 @@ def counted_runs(
             runs.case = label
             runs.exploration_runs = exploration_runs
             runs.check_left_out()
+            if runs.base_level.description.by_default:
+                start_fine_enough(runs)
             yield runs
             labels = runs.labels
             finished_runs += runs.done

@@ -40,8 +40,6 @@ def start_fine_enough(runs: CountedRuns) -> None:
     Outputs whose range is due to rounding do not count, and those whose error does not fall ask for
     nothing finer. A discretization on which a run fails is not taken.
     """
-    if not runs.base_level.description.by_default:
-        return
     listener().stage("the first runs, which tell if the default of the step is short enough")
     max_error = OPTIONS.share * (runs.method.aimed_error or OPTIONS.tolerance)
     coarse = _outputs(runs, runs.start)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from enum import Enum
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import xarray as xr
@@ -16,13 +16,12 @@ from flexband.basics.response import Description, Response
 from flexband.basics.warning import without_warnings
 from flexband.basics.words import number_of, value_text
 from flexband.errors import InputError, ResolutionWarning, RunError
-from flexband.execution.store import versions
-from flexband.remarks.collection import CollectedRemark, as_attribute, catch_remarks
+from flexband.remarks.collection import CollectedRemark, catch_remarks
 from flexband.uncertainty.inputs.effects import all_have_effects
 from flexband.uncertainty.inputs.evaluation import inputs_in_words
 from flexband.uncertainty.inputs.one_sample import of_one_sample
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.inputs.unfolding import GivenInputs, in_words
+from flexband.uncertainty.inputs.unfolding import GivenInputs
 from flexband.uncertainty.methods.method import (
     REFINEMENTS,
     EarlierRuns,
@@ -38,7 +37,6 @@ from flexband.uncertainty.runs.evaluations import (
 )
 from flexband.uncertainty.runs.repetition import check_repetition, check_stored, middle
 from flexband.uncertainty.runs.reuse import generic_runs
-from flexband.uncertainty.surrogates.extrapolation import reached_range
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 Answer = TypeVar("Answer")
@@ -256,60 +254,6 @@ class CountedRuns:
         if self.method.chooses_discretization:
             return Budget.from_levels(self.total, self.runs_per_level)
         return self.total
-
-    def attributes(self, of_method: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the number of runs and the method, and report that all runs are done.
-
-        The attributes of the result tell why the method does not trust it, and what it has made
-        finer.
-        """
-        if self.budget > self.done or isinstance(self.budget, Budget):
-            self.progress(self.done, self.done)
-        xi = np.concatenate([call[0] for level in self.levels for call in level.calls])
-        counts = {"runs": self.done + self.exploration_runs, "runs_repeated": self.repeated}
-        inputs = in_words(self.space.user_inputs)
-        texts = {"method": repr(self.method), "inputs": inputs, "versions": versions()}
-        failed = self.evaluations.failures
-        if self.reused:
-            counts["runs_reused"] = self.reused
-        if failed:
-            counts["runs_failed"] = failed
-        if failed > 0.05 * self.done:  # results are not trusted
-            why = (
-                f"{failed} of {number_of(self.done, 'run')} failed, and what fails is rarely random"
-            )
-            doubts = of_method.get("not_trusted", "")
-            texts["not_trusted"] = "; ".join(filter(None, (doubts, f"any output ({why})")))
-        halved = [*self.start.refined_parts, *of_method.get("halved", [])]
-        halvings = {"halved": halved} if halved else {}
-        impacts = {"impacts": 1} if self.start.description.impacts else {}
-        return {
-            **counts,
-            **texts,
-            **halvings,
-            **impacts,
-            **reached_range(xi),
-            **self._constant_offsets(),
-            **as_attribute(self.remarks.get(tuple(sorted(halved)), ())),
-        }
-
-    def _constant_offsets(self) -> dict[str, Any]:
-        """Return the outputs whose bounds hold for plays that are constant in each run only.
-
-        Also whether all plays are stated to be so.
-        """
-        plays = self.space.plays
-        names = self.start.of_nominal(self.response.instantaneous) if plays else None
-        if names is None or self.labels is None or "output" not in self.labels.coords:
-            return {}
-        output_names = self.labels["output"].values.astype(str).tolist()
-        varying_names = [name for name in output_names if name not in names]
-        all_constant = int(all(pair.constant for pair in plays.values()))
-        return (
-            {"constant_offsets": varying_names, "offsets_stated": all_constant}
-            if varying_names
-            else {}
-        )
 
 
 def _is_success(values: np.ndarray) -> np.ndarray:

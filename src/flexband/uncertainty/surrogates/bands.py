@@ -118,6 +118,23 @@ class BandRecord(AttributeRecord):
         return tolerance is not None and error is not None and error > tolerance
 
 
+def attributes_for_inputs(diagnostics: xr.Dataset, inputs: str) -> dict[str, Any]:
+    """Return the attributes of diagnostics for narrower inputs, which are given as text.
+
+    Errors as parts of the width of the bands are left out: they are found with the bands.
+    """
+    record = BandRecord.read(diagnostics)
+    attributes = dict(diagnostics.attrs)
+    attributes.setdefault("inputs_of_runs", record.inputs)
+    if "expected_error" in attributes:
+        attributes["expected_error_of_runs"] = record.expected_error
+    attributes["inputs"] = inputs
+    relative = ("expected_error", "expansion_error", "integration_error", "discretization_error")
+    left_out = {name for name in relative if isinstance(attributes.get(name), float)}
+    left_out |= {"largest_miss", *(f"{name}_error" for name in record.refined)}
+    return {name: value for name, value in attributes.items() if name not in left_out}
+
+
 def bands(
     space: Space, labels: xr.DataArray, extremes: Sequence[Extremes], sigmas: float
 ) -> xr.Dataset:

@@ -10,7 +10,7 @@ import xarray as xr
 from flexband.uncertainty.inputs.narrowing import NarrowedInputs
 from flexband.uncertainty.inputs.unfolding import in_words
 from flexband.uncertainty.surrogates.axes import units_of
-from flexband.uncertainty.surrogates.bands import BandRecord
+from flexband.uncertainty.surrogates.bands import attributes_for_inputs
 from flexband.uncertainty.surrogates.diagnostics import trust
 from flexband.uncertainty.surrogates.extrapolation import NAMES
 from flexband.uncertainty.surrogates.held_out import HeldOut
@@ -40,21 +40,10 @@ def narrowed_diagnostics(
     Without held-out runs, and of discretization and integration, errors are those of the whole: in
     a part they are hardly more. `values` are those of the surrogate at the runs that judge it.
     """
-    # errors as parts of the width of the bands, which are found with the bands
-    relative = ("expected_error", "expansion_error", "integration_error", "discretization_error")
     diagnostics = diagnostics.drop_vars(
         ["orders", "relative_expected_error"], errors="ignore"
     ).drop_dims("variable", errors="ignore")
-    diagnostics.attrs.pop("largest_miss", None)
-    diagnostics.attrs.setdefault("inputs_of_runs", BandRecord.read(diagnostics).inputs)
-    if "expected_error" in diagnostics.attrs:
-        diagnostics.attrs["expected_error_of_runs"] = BandRecord.read(diagnostics).expected_error
-    diagnostics.attrs["inputs"] = in_words(part.space.user_inputs)
-    for name in relative:
-        if isinstance(diagnostics.attrs.get(name), float):
-            del diagnostics.attrs[name]
-    for name in BandRecord.read(diagnostics).refined:
-        diagnostics.attrs.pop(f"{name}_error", None)
+    diagnostics.attrs = attributes_for_inputs(diagnostics, in_words(part.space.user_inputs))
     diagnostics = diagnostics.assign_attrs(_reached_range(diagnostics, part))
     if held_out_runs is None:
         return diagnostics
@@ -75,14 +64,14 @@ def narrowed_diagnostics(
             f"{band}_expected_error": expansion_error + discretization_error,
         }
     diagnostics = diagnostics.assign(new)
-    diagnostics.attrs["runs_inside"] = len(held_out_runs.missed)
     missed = np.sqrt(np.mean(held_out_runs.missed**2, axis=(0, 2)))
     variation = np.sqrt(np.mean((values - values.mean(axis=0)) ** 2, axis=(0, 2)))
     vary = units_of(labels).varies(variation, np.sqrt(np.mean(values**2, axis=(0, 2))))
-    diagnostics.attrs.pop("not_trusted", None)
     judgement = trust(labels, np.divide(missed, variation, out=np.zeros_like(missed), where=vary))
     diagnostics["trusted"] = judgement["trusted"]
-    return diagnostics.assign_attrs(judgement.attrs)
+    old = {name: value for name, value in diagnostics.attrs.items() if name != "not_trusted"}
+    diagnostics.attrs = old | {"runs_inside": len(held_out_runs.missed)} | judgement.attrs
+    return diagnostics
 
 
 def _reached_range(dataset: xr.Dataset, part: NarrowedInputs) -> dict[str, list[float]]:

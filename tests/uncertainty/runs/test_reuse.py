@@ -55,7 +55,7 @@ def test_reused_runs_are_generic_and_inside(folder):
             return super().expand(space, evaluate)
 
     study(folder, NARROW, Method(2))
-    xi, eta, values = earlier_runs[0]
+    xi, eta, values, _ = earlier_runs[0]
     assert len(xi) > 0
     assert (abs(eta) <= 1).all()
     for column in (*xi.T, *eta.T):

@@ -31,8 +31,7 @@ from flexband.mechanics.kernels.lanes import (
 def vector(structure, values, z, a):
     """Return the first two components of vector `a`."""
     vectors = structure.vectors
-    x = 0.0 * load(z, 0)
-    y = 0.0 * load(z, 0)
+    x, y = 0.0 * load(z, 0), 0.0 * load(z, 0)
     for p in range(vectors.start[a], vectors.start[a + 1]):
         coordinate = load(z, vectors.coordinate[p])
         if vectors.partner[p] > 0:
@@ -46,8 +45,7 @@ def vector(structure, values, z, a):
 def vector_rate(structure, values, z, rates, first, a):
     """Return the rate of vector `a` from the rates of q in `rates` from row `first` on."""
     vectors = structure.vectors
-    x = 0.0 * load(z, 0)
-    y = 0.0 * load(z, 0)
+    x, y = 0.0 * load(z, 0), 0.0 * load(z, 0)
     for p in range(vectors.start[a], vectors.start[a + 1]):
         rate = load(rates, first + vectors.coordinate[p])
         if vectors.partner[p] > 0:

@@ -23,7 +23,7 @@ def function_name(function: Callable) -> str:
 
 
 def evaluate_function(function: Callable, argument: Any, name: str = "") -> Any:
-    """Return what `returned_at` does for one argument."""
+    """Return the numbers that a user's function returns, see `evaluate_function_each`."""
     return evaluate_function_each(function, [argument], name)[0]
 
 

@@ -48,7 +48,7 @@ def value_text(value: object) -> str:
 
 
 def number_text(value: object) -> str:
-    """Return what was given where numbers are meant; a text is called one."""
+    """Return a value for a message that asks for a number; a text is called one, with a hint."""
     if not isinstance(value, str | bytes):
         return value_text(value)
     try:

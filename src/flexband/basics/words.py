@@ -37,14 +37,14 @@ def with_article(noun: str) -> str:
     return f"{'an' if noun[0].lower() in 'aeiou' else 'a'} {noun}"
 
 
-LONGEST = 80
+MAX_VALUE_LENGTH = 80
 """Characters of a value in a message."""
 
 
 def value_text(value: object) -> str:
     """Return a value as text for a message, shortened if it is long."""
     text = repr(value)
-    return text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."
+    return text if len(text) <= MAX_VALUE_LENGTH else f"{text[:MAX_VALUE_LENGTH]} ..."
 
 
 def number_text(value: object) -> str:

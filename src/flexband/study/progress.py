@@ -65,10 +65,10 @@ class StudyProgress(ProgressListener):
         self.warned = False
         self.failures: list[str] = []  # what failed beside the runs, and is made again next time
         self.bar: Progress = lambda done, total: None
-        self.before = 0
-        self.sized = False
-        self.first = False
-        self.opened = False
+        self.earlier_runs = 0  # those of the tasks before
+        self.is_new = False  # whether study.json was written before the store accepted the study
+        self.is_store_open = False  # whether the store has accepted the study
+        self.has_memory_size = False  # whether the memory that is needed has been announced
 
     @contextmanager
     def record_study(self, claim: Callable[[], bool]) -> Iterator[None]:
@@ -81,8 +81,8 @@ class StudyProgress(ProgressListener):
             claim()
         # Whoever finds a new store can go on, but a study.json that is there stays until the store
         # accepts this study.
-        self.first = self.store is not None and not self.folder.has_record
-        if self.first:
+        self.is_new = self.store is not None and not self.folder.has_record
+        if self.is_new:
             self.write("running")
         try:
             with add_listener(self):
@@ -100,7 +100,7 @@ class StudyProgress(ProgressListener):
             file = RequestedPoints.from_folder(self.folder.path).ask(error, self.study.inputs)
             points = {"count": len(error.points), "file": str(file)}
             self.write("waiting", points=points)
-        elif self.store is not None and self.opened:
+        elif self.store is not None and self.is_store_open:
             state = "failed"
             reason = error_text(error)
             if isinstance(error, KeyboardInterrupt):
@@ -108,7 +108,7 @@ class StudyProgress(ProgressListener):
                 state = "stopped"
                 reason = "SIGTERM" if terminated else "Ctrl-C"
             self.write(state, reason=reason)
-        if self.first and not (self.opened and self.folder.runs.exists()):
+        if self.is_new and not (self.is_store_open and self.folder.runs.exists()):
             self.folder.forget()
 
     def fail(self, step: str, text: str) -> None:
@@ -133,7 +133,7 @@ class StudyProgress(ProgressListener):
         if self.store is None:
             return bar
         self.bar = bar
-        self.before = self.about["done"]
+        self.earlier_runs = self.about["done"]
         return self._advance
 
     def _advance(self, done: int, total: int) -> None:
@@ -142,11 +142,11 @@ class StudyProgress(ProgressListener):
         budget = Budget.from_total(total)
         per_discretization = budget.per_level
         is_upper_bound = not budget.exact
-        done = self.before + done
-        total = self.before + total
-        if not self.opened:
+        done = self.earlier_runs + done
+        total = self.earlier_runs + total
+        if not self.is_store_open:
             self.claim()
-        if not self.sized:
+        if not self.has_memory_size:
             self._announce_memory(total)
         counts = {
             "total": None if per_discretization else total,
@@ -154,8 +154,10 @@ class StudyProgress(ProgressListener):
             "most": is_upper_bound,
         }
         now = time.monotonic()
-        new = not self.opened or any(self.about.get(k) != value for k, value in counts.items())
-        self.opened = True
+        new = not self.is_store_open or any(
+            self.about.get(k) != value for k, value in counts.items()
+        )
+        self.is_store_open = True
         self.about |= {"done": done, **counts, "ran": now - self.begin}
         if new or done == total or now > self.written + self.period:
             self.written = now
@@ -164,7 +166,7 @@ class StudyProgress(ProgressListener):
     def stage(self, name: str) -> None:
         """Write what is done from now on."""
         self.about["now"] = name
-        if self.first or self.opened:
+        if self.is_new or self.is_store_open:
             self.write("running")
 
     def _announce_memory(self, total: int) -> None:
@@ -172,7 +174,7 @@ class StudyProgress(ProgressListener):
         outputs = GrowingArrays(self.folder.runs).arrays.get("outputs")
         if outputs is None:
             return
-        self.sized = True
+        self.has_memory_size = True
         size = 8.0 * math.prod(outputs.shape[1:])
         peak, per_carrier = memory_of(self.study, self.store, total, size)
         carriers = CarrierOptions().max_carriers

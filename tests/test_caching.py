@@ -20,7 +20,7 @@ from flexband.mechanics.engine.entries import dynamics, statics
 from flexband.study import compiling
 from flexband.uncertainty.expansions.bounds.search import descents, starts
 from flexband.uncertainty.phases.moments import by_points
-from flexband.uncertainty.phases.search import search
+from flexband.uncertainty.phases.phase_bounds import search
 
 KERNEL = """
 from flexband.compilation.caching import cached_on_disk

@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 import flexband as fb
 from benchmarks.play.linkages import Dyad, Linkage
 from flexband.cli import app
-from flexband.report.page import template as pdf
+from flexband.report.page import pdf
 from flexband.study.comparison import compare
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

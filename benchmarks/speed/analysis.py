@@ -25,7 +25,7 @@ import xarray as xr
 
 import flexband as fb
 from benchmarks.harness import ROOT, alternate, medians, options, report
-from flexband.cli.messages import ExitStatus
+from flexband.cli.exit_status import ExitStatus
 from flexband.mechanics.response import DynamicResponse
 from flexband.study.study import load_study
 

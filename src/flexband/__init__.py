@@ -118,7 +118,7 @@ if TYPE_CHECKING:
         Triangular as Triangular,
         Uniform as Uniform,
     )
-    from flexband.uncertainty.inputs.distributions.extremes import (
+    from flexband.uncertainty.inputs.distributions.extreme_values import (
         Gumbel as Gumbel,
         Weibull as Weibull,
     )
@@ -141,7 +141,7 @@ if TYPE_CHECKING:
         MonteCarlo as MonteCarlo,
     )
     from flexband.uncertainty.propagate import expand as expand, propagate as propagate
-    from flexband.uncertainty.surrogates.files import (
+    from flexband.uncertainty.surrogates.surrogate_file import (
         load_surrogate as load_surrogate,
         save_surrogate as save_surrogate,
     )

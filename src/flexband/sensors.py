@@ -7,7 +7,7 @@ from flexband.basics.namespaces import lazy_names
 if TYPE_CHECKING:
     from flexband.mechanics.sensors.averages import Average as Average
     from flexband.mechanics.sensors.energies import Power as Power, SwitchingLoss as SwitchingLoss
-    from flexband.mechanics.sensors.extremes import (
+    from flexband.mechanics.sensors.sensor_extremes import (
         Integral as Integral,
         Largest as Largest,
         Smallest as Smallest,

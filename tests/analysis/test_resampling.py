@@ -15,7 +15,7 @@ from flexband.errors import InputError, ResolutionWarning, RunError
 from flexband.execution.fingerprint import fingerprint
 from flexband.report.page.charts import chart_data
 from flexband.report.page.given import study_motion
-from flexband.report.text.verdicts import verdict_line
+from flexband.report.text.requirement_verdicts import verdict_line
 from flexband.study.start_vibrations import start_vibrations
 from tests.study.test_start_vibrations import SPEED, pulled
 

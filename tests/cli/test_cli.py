@@ -301,7 +301,7 @@ def test_results_are_saved_before_anything_else_can_fail(study_file, tmp_path, m
     assert "flexband: RuntimeError: no bands today (" in result.output
     assert fb.load_surrogate(out / "surrogate.npz").labels.sizes["output"] == 2
     monkeypatch.undo()
-    monkeypatch.setattr("flexband.report.text.tables.summary_table", fails)
+    monkeypatch.setattr("flexband.report.text.band_tables.summary_table", fails)
     assert call("run", study_file, "--output", out).exit_code == 1
     assert (out / "bands.nc").exists()
 
@@ -322,7 +322,7 @@ def test_a_comparison_is_printed_although_its_report_cannot_be_written(
     def full(*arguments):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr("flexband.report.results.write_figures", full)
+    monkeypatch.setattr("flexband.report.study_figures.write_figures", full)
     result = call("compare", study_file, "--output", tmp_path / "out", "--samples", 4,
                   "--points", 2, "--orders", "1,1")  # fmt: skip
     assert result.exit_code == 1

@@ -5,7 +5,7 @@ import pytest
 
 import flexband as fb
 from flexband.report.plot.figures import bands_figure, errors_figure
-from flexband.report.results import write_comparison_report
+from flexband.report.study_figures import write_comparison_report
 from flexband.study.comparison import compare
 
 STUDY = fb.Study(

@@ -6,7 +6,7 @@ import pytest
 
 import flexband as fb
 from flexband.cli.plan import METHODS
-from flexband.study.options import method_classes, method_options, with_options
+from flexband.study.method_options import method_classes, method_options, with_options
 from tests.public_names import PUBLIC
 
 

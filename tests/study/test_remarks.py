@@ -9,7 +9,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import flexband as fb
-from flexband.analysis.results import remarks_on
+from flexband.analysis.labelled_answers import remarks_on
 from flexband.basics.warning import warn
 from flexband.cli import app
 from flexband.remarks.collection import CollectedRemark, remarks_of, worst_remarks

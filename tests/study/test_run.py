@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 import flexband as fb
 from flexband.cli import app
 from flexband.report.study_report import answer_of
-from flexband.report.text import tables
+from flexband.report.text import band_tables
 from flexband.study.results.reliability import Doubt, DoubtKind
 from flexband.study.results.result import doubts_about
 from flexband.study.run import RunOptions, run_study
@@ -126,7 +126,7 @@ def test_what_is_said_of_a_result_that_is_read_is_the_same(carriers, tmp_path):
     second = study.run_in(tmp_path)
     assert second.reused
     assert np.size(first.bands.attrs["carrier_frequencies"]) == carriers
-    for text_of in (tables.remarks, tables.summary_table):
+    for text_of in (band_tables.remarks, band_tables.summary_table):
         assert text_of(second.bands, second.verification) == text_of(
             first.bands, first.verification
         )

@@ -7,13 +7,13 @@ import xarray as xr
 import flexband as fb
 from flexband.report.page.charts import chart_data
 from flexband.report.study_report import answer_of, remarks
+from flexband.report.text.band_tables import before_horizon, predictable_part
 from flexband.report.text.parts import (
     horizon_line,
     parts_table,
     sampling_line,
 )
-from flexband.report.text.tables import before_horizon, predictable_part
-from flexband.report.text.verdicts import verdict_line
+from flexband.report.text.requirement_verdicts import verdict_line
 from flexband.requirements.verdict import Reason, Verdict
 from flexband.study.run import RunOptions
 

@@ -9,9 +9,9 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import flexband as fb
+from flexband.analysis.labelled_answers import NOT_JUDGED
 from flexband.analysis.limits.least_margin import LeastMargin, LimitVerdict
-from flexband.analysis.limits.verdicts import _by_margin
-from flexband.analysis.results import NOT_JUDGED
+from flexband.analysis.limits.limit_verdicts import _by_margin
 from flexband.cli import app
 from flexband.requirements.verdict import Reason, Verdict
 from flexband.study.nominal import with_runs

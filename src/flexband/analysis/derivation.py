@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike
 
 from flexband.analysis.descent import SearchOptions, local_minima, lowest_of_neighbours
 from flexband.analysis.intervals import over_intervals
+from flexband.analysis.labelled_answers import Variables, answer, check_free, expected_error, places
 from flexband.analysis.quantities import Quantity, made_of
-from flexband.analysis.results import Variables, answer, check_free, expected_error, places
 from flexband.analysis.sampled import (
     MIN_BEYOND,
     REPLICATES,

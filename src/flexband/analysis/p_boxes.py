@@ -11,13 +11,13 @@ from numpy.typing import ArrayLike
 from scipy.special import ndtr, ndtri
 
 from flexband.analysis.intervals import over_options
+from flexband.analysis.labelled_answers import Variables, answer, check_free, expected_error, places
 from flexband.analysis.quantile_bounds import (
     MAX_SAMPLES,
     probability_below,
     search_quantiles,
     sorted_quantiles,
 )
-from flexband.analysis.results import Variables, answer, check_free, expected_error, places
 from flexband.analysis.sampled import (
     CONFIDENCE,
     MIN_BEYOND,

@@ -14,8 +14,14 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.intervals import over_intervals
+from flexband.analysis.labelled_answers import (
+    AnswerRecord,
+    answer,
+    check_free,
+    expected_error,
+    places,
+)
 from flexband.analysis.quantities import output_of
-from flexband.analysis.results import AnswerRecord, answer, check_free, expected_error, places
 from flexband.analysis.selection import AnySurrogate, Labels
 from flexband.analysis.value_ranges import checked_probability, range_of
 from flexband.basics.checks import check_instance, check_integer

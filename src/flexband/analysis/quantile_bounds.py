@@ -19,7 +19,7 @@ from scipy.special import ndtri
 
 from flexband.analysis.descent import SearchOptions, local_minima, lowest_of_neighbours
 from flexband.analysis.intervals import over_intervals
-from flexband.analysis.results import Variables, answer, check_free, expected_error, places
+from flexband.analysis.labelled_answers import Variables, answer, check_free, expected_error, places
 from flexband.analysis.sampled import (
     MIN_BEYOND,
     REPLICATES,

@@ -10,7 +10,7 @@ from scipy.sparse import csr_array, eye_array
 from scipy.special import ndtri
 
 from flexband.analysis.intervals import over_intervals, over_options
-from flexband.analysis.results import Variables, answer, expected_error
+from flexband.analysis.labelled_answers import Variables, answer, expected_error
 from flexband.analysis.selection import AnySurrogate, Labels
 from flexband.basics.checks import check_numbers
 from flexband.errors import InputError

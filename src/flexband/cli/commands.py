@@ -19,10 +19,10 @@ from flexband.basics.namespaces import imports_for_types
 from flexband.cli.methods import add_method_options
 
 MODULES = (  # the order of the help page
-    "runs", "status", "report", "exchange.export", "comparison", "exchange.points",
-    "exchange.tables",
+    "run_commands", "status", "report", "exchange.export", "comparison", "exchange.points",
+    "exchange.from_table",
     "answers.rankings",
-    "answers.narrowing", "answers.limits", "answers.distribution", "answers.allocation",
+    "answers.narrowing", "answers.limits", "answers.distributions", "answers.allocation",
     "answers.derived", "answers.paths", "answers.production",
 )  # fmt: skip
 

@@ -11,15 +11,15 @@ import typer
 import flexband as fb
 from flexband.basics.files import try_write
 from flexband.cli.application import app
-from flexband.cli.files import File, Output, Replace, check_folder
+from flexband.cli.folders import File, Output, Replace, check_folder
 from flexband.cli.messages import UsageError, print_table, print_text, reported_errors, usage
 from flexband.study.folder import StudyFolder
 
 if TYPE_CHECKING:  # imported when a command is called
     from flexband.execution.fingerprint import fingerprint
     from flexband.report.progress import progress_bars
-    from flexband.report.results import data_file, write_comparison_report
-    from flexband.report.text import tables
+    from flexband.report.study_figures import data_file, write_comparison_report
+    from flexband.report.text import band_tables
     from flexband.study.comparison import compare, usual_methods
     from flexband.study.compiling import compile_ahead
     from flexband.study.discretized import with_discretization
@@ -76,6 +76,6 @@ def compare_methods(
                 ),
             )
         title = f"{file.stem}: relative errors against {reference.label}"
-        print_table(title, tables.error_table(results))
+        print_table(title, band_tables.error_table(results))
         page = write_comparison_report(output, title, study, results, (pairs[0], pairs[-1]))
-    print_text("\n".join([*tables.comparison_remarks(study.fields()), f"Report: {page}"]))
+    print_text("\n".join([*band_tables.comparison_remarks(study.fields()), f"Report: {page}"]))

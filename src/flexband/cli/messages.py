@@ -7,7 +7,6 @@ import traceback
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from enum import IntEnum
 from typing import Any
 
 import typer
@@ -16,26 +15,9 @@ from rich.table import Column
 from rich.table import Table as RichTable
 
 from flexband.basics.error_text import error_text, signal_of
+from flexband.cli.exit_status import ExitStatus
 from flexband.errors import FlexbandWarning, InputError
 from flexband.report.text.terminal import Terminal, printable
-
-
-class ExitStatus(IntEnum):
-    """How a command ends."""
-
-    ERROR = 1
-    USAGE = 2
-    """The command line is wrong."""
-    DOUBTFUL = 3
-    """Finished, but a requirement is undecided, or the result misses its tolerance, is not trusted
-    or not confirmed."""
-    WAITING = 4
-    """Points wait to be run elsewhere."""
-    FAILED = 5
-    """Finished, and a requirement is not met."""
-    STOPPED = 128
-    """By a signal, whose number is added: 130 after Ctrl-C, 143 after SIGTERM."""
-
 
 Table = tuple[list[str], list[list[str]]]
 """The header and the rows of a table."""

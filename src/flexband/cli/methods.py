@@ -19,7 +19,7 @@ def print_methods(requested: bool) -> None:
     if not requested:
         return
     from flexband.cli.plan import METHODS  # noqa: PLC0415
-    from flexband.study.options import method_options  # noqa: PLC0415
+    from flexband.study.method_options import method_options  # noqa: PLC0415
 
     print_text(f"Values of --method: {', '.join(METHODS)}")
     rows = []
@@ -53,7 +53,7 @@ def add_method_options() -> None:
     if not _commands:
         return
     from flexband.cli.plan import METHODS  # noqa: PLC0415
-    from flexband.study.options import method_options  # noqa: PLC0415
+    from flexband.study.method_options import method_options  # noqa: PLC0415
 
     options: dict[str, Any] = {
         name: Annotated[kind | None, typer.Option(hidden=True)]

@@ -11,13 +11,13 @@ from typing import Any
 import flexband as fb
 from flexband.analysis.verification import MAX_RUNS
 from flexband.basics.checks import check_integer, check_option, check_positive
+from flexband.cli.command_options import POLICIES
 from flexband.cli.messages import UsageError, usage
-from flexband.cli.options import POLICIES
 from flexband.errors import InputError, StoreError
 from flexband.execution.dask import Dask
 from flexband.execution.processes import Processes
 from flexband.study.folder import StudyFolder
-from flexband.study.options import method_classes, with_options
+from flexband.study.method_options import method_classes, with_options
 from flexband.study.run import RunOptions
 from flexband.study.study import Study, load_study
 from flexband.uncertainty.runs import BATCH

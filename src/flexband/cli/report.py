@@ -11,7 +11,7 @@ import flexband as fb
 from flexband.basics.checks import check_integer
 from flexband.basics.files import try_write
 from flexband.cli.application import app
-from flexband.cli.files import Folder
+from flexband.cli.folders import Folder
 from flexband.cli.messages import UsageError, print_remark, print_text, reported_errors, usage
 from flexband.errors import InputError
 from flexband.execution.names import FileName
@@ -22,14 +22,14 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.analysis.selection import AnySurrogate
     from flexband.remarks.collection import remarks_of
     from flexband.report.page.p_boxes import p_boxes
-    from flexband.report.page.page_file import (
+    from flexband.report.page.page_record import (
         check_shown,
         list_shown,
         read_given,
         restoring_command,
     )
+    from flexband.report.page.pdf import print_pdf
     from flexband.report.page.study import write_report
-    from flexband.report.page.template import print_pdf
     from flexband.report.text.remarks import remark_line
     from flexband.study.results.answers import Unusable, answer_file, read_answers
     from flexband.study.results.netcdf import RESTORED, read_netcdf, write_netcdf

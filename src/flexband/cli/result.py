@@ -8,23 +8,22 @@ from typing import TYPE_CHECKING
 
 from flexband.basics.error_text import error_text
 from flexband.basics.words import number_of
-from flexband.cli.files import draw_limits
-from flexband.cli.messages import ExitStatus, print_json, print_remark, print_table, print_text
+from flexband.cli.folders import draw_limits
+from flexband.cli.messages import print_json, print_remark, print_table, print_text
 from flexband.errors import InputError
 from flexband.execution.names import FileName
-from flexband.report.page.page_file import check_shown, read_given
+from flexband.report.page.page_record import check_shown, read_given
 from flexband.report.study_report import answer_of, remarks, report_study, reported_as
-from flexband.report.text import tables
+from flexband.report.text import band_tables
 from flexband.report.text.doubts import doubt_text
 from flexband.report.text.parts import parts_table, sampling_line
 from flexband.report.text.remarks import remark_line, standing_remarks, untouched_by
-from flexband.report.text.verdicts import verdict_line
-from flexband.requirements.verdict import RequirementVerdict, Verdict, worst_of
+from flexband.report.text.requirement_verdicts import verdict_line
+from flexband.requirements.verdict import RequirementVerdict, Verdict
 
 if TYPE_CHECKING:
     from flexband.cli.plan import Plan
     from flexband.remarks.collection import CollectedRemark
-    from flexband.study.results.reliability import Doubt
     from flexband.study.results.result import StudyResult
     from flexband.study.study import Study
 
@@ -45,14 +44,6 @@ def print_verdicts(
         print_remark(remark_line(remark))
     if verdicts:
         print_text("")
-
-
-def exit_status(verdicts: Iterable[RequirementVerdict], doubts: Sequence[Doubt]) -> int:
-    """Return how a command ends that has printed verdicts."""
-    worst = worst_of(verdicts)
-    if worst is Verdict.FAIL:
-        return ExitStatus.FAILED
-    return ExitStatus.DOUBTFUL if doubts or worst is Verdict.UNDECIDED else 0
 
 
 def write_report_of(plan: Plan, study: Study, result: StudyResult) -> bool:
@@ -89,9 +80,11 @@ def print_result(
     verdicts = result.verdicts_in(study.display)
     title = f"{plan.title}: {result.label}, {number_of(result.runs, 'run')}"
     sampled = result.parts
-    display_bands = tables.predictable_part(study.display.data(result.bands), sampled)
+    display_bands = band_tables.predictable_part(study.display.data(result.bands), sampled)
     table = (
-        None if display_bands is None else tables.summary_table(display_bands, result.verification)
+        None
+        if display_bands is None
+        else band_tables.summary_table(display_bands, result.verification)
     )
     parts = None if sampled is None else parts_table(sampled)
     answer = answer_of(study, result) if reported else []

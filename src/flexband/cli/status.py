@@ -16,7 +16,7 @@ from rich.live import Live
 from flexband.basics.computation import OutdatedError, check_numbering
 from flexband.basics.words import are, number_of
 from flexband.cli.application import app
-from flexband.cli.files import Folder
+from flexband.cli.folders import Folder
 from flexband.cli.messages import print_json, print_text, reported_errors
 from flexband.errors import StoreError
 from flexband.execution.growing import GrowingArrays

@@ -9,11 +9,11 @@ from flexband.basics.files import try_write
 from flexband.report.page.arrays import JsonRecord
 from flexband.report.page.given import given_by
 from flexband.report.page.inputs import inputs_table
-from flexband.report.page.page_file import list_shown, write_given
+from flexband.report.page.page_record import list_shown, write_given
 from flexband.report.page.paths import widest_path
 from flexband.report.page.study import write_report
 from flexband.report.page.verdict import head_of, uncertain_ones, verdict
-from flexband.report.text import tables
+from flexband.report.text import band_tables
 from flexband.study.folder import StudyFolder
 from flexband.study.presentation.title_block import title_block
 from flexband.study.results.answers import answer_file, read_answer
@@ -77,9 +77,9 @@ def remarks(study: Study, result: StudyResult) -> list[str]:
     inputs = _inputs(study, result)
     fields = {k: i for k, i in inputs.items() if isinstance(i, Field) and i.domain is not None}
     if result.unpredictable:  # no advice on bands helps
-        return tables.failures(result.bands)
-    about = tables.remarks(study.display.data(result.bands), result.verification)
-    return [*about, *tables.field_remarks(fields)]
+        return band_tables.failures(result.bands)
+    about = band_tables.remarks(study.display.data(result.bands), result.verification)
+    return [*about, *band_tables.field_remarks(fields)]
 
 
 def _inputs(study: Study, result: StudyResult) -> dict[str, Any]:

@@ -31,7 +31,7 @@ from flexband.uncertainty.inputs.distributions.normal import Normal
 from flexband.uncertainty.inputs.inputs import Interval
 from flexband.uncertainty.methods.pcci import PCCI
 from flexband.uncertainty.phase_resolved.method import PhaseResolvedPCCI
-from flexband.uncertainty.phases.search import search
+from flexband.uncertainty.phases.phase_bounds import search
 from flexband.uncertainty.propagate import propagate
 
 if TYPE_CHECKING:

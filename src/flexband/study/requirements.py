@@ -8,7 +8,7 @@ from typing import Any
 
 import xarray as xr
 
-from flexband.analysis.limits.verdicts import LimitCheck
+from flexband.analysis.limits.limit_verdicts import LimitCheck
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.verification.expanded_runs import Runs, RunsOf, runs_as_expanded
 from flexband.basics.error_text import error_text
@@ -67,10 +67,10 @@ def _sample_parts(
     if not any(study.source.description(**nominal).impacts for nominal in values):
         return None
     # only here, as below: most studies do not need it, and it takes a while to import
-    from flexband.analysis.parts import distribution, horizon, points  # noqa: PLC0415
+    from flexband.analysis.parts import horizon, part_distribution, points  # noqa: PLC0415
 
     horizon_options = horizon.HorizonOptions()
-    options = distribution.SamplingOptions()
+    options = part_distribution.SamplingOptions()
     folder = progress.folder.path
     store = progress.store
     requirements = around_nominal(study.requirements, folder, surrogate, study.display)
@@ -87,7 +87,7 @@ def _sample_parts(
             neighbours = run(runs_of, "neighbouring runs", label, horizon_options.runs(space))
             horizons[label] = horizon.horizon_of(neighbours, space, None, 0, horizon_options)
     predictable = all(case["predictable"].all() for case in horizons.values())
-    decide = (distribution.samples_decide(requirements, case) for case in cases.values())
+    decide = (part_distribution.samples_decide(requirements, case) for case in cases.values())
     if predictable and not all(decide):
         return None
     if store is not None:
@@ -99,8 +99,15 @@ def _sample_parts(
             count = options.count(requirements)
             samples = run(runs_of, "samples of the parts", label, count)
             error = discretization_error(cases[label]) if predictable else 0.0
-            how_judged = options, label, error, cases[label].labels
-            case = distribution.distribution(samples, parts, requirements, None, 0, *how_judged)
+            case = part_distribution.distribution(
+                samples,
+                parts,
+                requirements,
+                options=options,
+                case=label,
+                error=error,
+                labels=cases[label].labels,
+            )
             near_case = horizons[label]
             case = case.assign(near_case.variables).assign_attrs({**near_case.attrs, **case.attrs})
             made.append(case.assign_coords(choice=label) if label else case)
@@ -136,7 +143,7 @@ def checked_requirements(
         return None, ()
     if surrogate is None:
         return skip_checks("the method expands no response")
-    from flexband.analysis.parts.distribution import yield_of  # noqa: PLC0415
+    from flexband.analysis.parts.part_distribution import yield_of  # noqa: PLC0415
     from flexband.study.results.limits import check_limits_in  # noqa: PLC0415
 
     # Margins that runs confirm where the surrogate does not decide.

@@ -14,11 +14,11 @@ from flexband.errors import InputError
 from flexband.execution.store import Store
 from flexband.study.compiling import compile_ahead
 from flexband.study.folder import StudyFolder
-from flexband.study.identity import identity
 from flexband.study.progress import StudyProgress
 from flexband.study.requirements import checked_requirements, sampled_parts
-from flexband.study.results.files import ResultFiles
+from flexband.study.result_hash import identity
 from flexband.study.results.result import StudyResult, doubts_about, finished_result
+from flexband.study.results.result_files import ResultFiles
 from flexband.study.steps import runs_of, write_bands, write_contributions, write_verification
 from flexband.uncertainty.runs.evaluations import BATCH, checked_policy, forget_failed
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import xarray as xr
 
-from flexband.analysis.results import is_judged
+from flexband.analysis.labelled_answers import is_judged
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.sensitivity.contributions import contributions
 from flexband.analysis.verification.verify import verify
@@ -17,7 +17,7 @@ from flexband.errors import RunsNeeded, ToleranceWarning
 from flexband.execution.executors import ExecutorLike
 from flexband.study.nominal import bands_with_nominal
 from flexband.study.progress import StudyProgress
-from flexband.study.results.files import ResultFiles
+from flexband.study.results.result_files import ResultFiles
 from flexband.uncertainty.surrogates.bands import BandRecord
 
 

@@ -17,8 +17,8 @@ from flexband.uncertainty.methods.method import MAX_RUNS, ExpansionMethod, Metho
 from flexband.uncertainty.runs import BATCH
 from flexband.uncertainty.runs.between import between_times
 from flexband.uncertainty.runs.cases import counted_runs
+from flexband.uncertainty.runs.counted_runs import CountedRuns
 from flexband.uncertainty.runs.evaluations import EvaluationOptions, OutputCheck
-from flexband.uncertainty.runs.runs import CountedRuns
 from flexband.uncertainty.runs.summary import attributes, warn_of_idle_inputs
 from flexband.uncertainty.surrogates.bands import with_names_and_units
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, over_choices

@@ -7,8 +7,8 @@ from scipy.stats import beta, norm
 
 import flexband as fb
 from flexband.analysis import Final, Peak, ShareOfParts, sample_parts
-from flexband.analysis.parts.distribution import margins_of
 from flexband.analysis.parts.estimates import first_order, needed_samples, quantiles_of, share_of
+from flexband.analysis.parts.part_distribution import margins_of
 from flexband.errors import InputError
 from tests.analysis.test_production import irwin_hall
 

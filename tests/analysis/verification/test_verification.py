@@ -13,8 +13,8 @@ from scipy.special import chdtr
 import flexband as fb
 from benchmarks.honesty.verification_kinks import hides_error, judge_response
 from flexband.analysis.verification import verify as verification
-from flexband.report.text.tables import remarks
-from flexband.uncertainty.adaptive.runs import RareRuns, ResponseRuns
+from flexband.report.text.band_tables import remarks
+from flexband.uncertainty.adaptive.response_runs import RareRuns, ResponseRuns
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, stretch_samples
 from flexband.uncertainty.phase_resolved import method

@@ -6,7 +6,7 @@ import pytest
 import flexband as fb
 from benchmarks.play.linkages import Dyad, Linkage
 from flexband.errors import InputError
-from flexband.report.text.tables import remarks
+from flexband.report.text.band_tables import remarks
 
 BAR = {"height": 0.01, "width": 0.01, "density": 7800.0}
 OMEGA = 2.0

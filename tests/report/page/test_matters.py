@@ -6,7 +6,7 @@ import xarray as xr
 import flexband as fb
 from flexband.report.page.definitions import definitions
 from flexband.report.page.verdict import verdict, what_matters
-from flexband.report.text import tables
+from flexband.report.text import band_tables
 from flexband.study.results.reliability import Doubt, DoubtKind
 
 T = np.linspace(0.0, 1.0, 101)
@@ -73,10 +73,12 @@ def test_doubts_and_confirmed_errors_do_not_contradict_each_other():
         assert lines[0].startswith(first)
         assert agree in lines
     opening = "Estimate confirmed: 16 verification runs"
-    assert tables.remarks(SURROGATE.bands(), verification)[0].startswith(opening)
+    assert band_tables.remarks(SURROGATE.bands(), verification)[0].startswith(opening)
     larger = verification.assign(implied_error=2 * verification["expected_error"])
-    assert tables.checked_in_words(larger).endswith("this estimate, as far as so few can tell.")
+    assert band_tables.checked_in_words(larger).endswith(
+        "this estimate, as far as so few can tell."
+    )
     not_trusted = SURROGATE.bands().assign_attrs(not_trusted="far (60 % of it is missed)")
     not_trusted["trusted"] = not_trusted["trusted"].copy(data=[False, True])
-    _, rows = tables.summary_table(not_trusted, verification)
+    _, rows = band_tables.summary_table(not_trusted, verification)
     assert [row[-1] for row in rows] == ["not trusted", "yes"]

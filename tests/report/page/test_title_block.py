@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 import flexband as fb
 from flexband.cli import app
-from flexband.report.page import template as pdf
+from flexband.report.page import pdf
 from flexband.report.text.numbers import with_minus
 from flexband.study.presentation.title_block import title_block
 

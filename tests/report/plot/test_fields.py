@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 import flexband as fb
 from flexband.report.page.given import field_axes
 from flexband.report.plot.figures import fields_figure
-from flexband.report.results import write_comparison_report
+from flexband.report.study_figures import write_comparison_report
 from flexband.study.comparison import compare
 
 FIELD = fb.RandomField(1e9, 1e7, correlation_length=0.5, domain=(0.0, 1.0), terms=2)
@@ -52,7 +52,7 @@ def test_a_comparison_tells_what_fields_are_functions_of(tmp_path, monkeypatch):
     study = fb.Study(response, inputs, fb.PCCI(1, 1))
     drawn = {}
     monkeypatch.setattr(
-        "flexband.report.results.write_figures",
+        "flexband.report.study_figures.write_figures",
         lambda file, title, about, table, figures, text: drawn.update(figures),
     )
     scan = fb.LHSScanning(4, 2)

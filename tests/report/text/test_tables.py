@@ -7,8 +7,8 @@ import xarray as xr
 import flexband as fb
 from flexband.cli.messages import print_table
 from flexband.report.page.answers import limits_table
+from flexband.report.text.band_tables import error_in_words, remarks, summary_table, worst_time
 from flexband.report.text.numbers import number, percent, with_minus
-from flexband.report.text.tables import error_in_words, remarks, summary_table, worst_time
 from flexband.uncertainty.surrogates.diagnostics import trust
 
 

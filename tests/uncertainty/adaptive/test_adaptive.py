@@ -29,12 +29,12 @@ from benchmarks.accuracy.formulas import (
     two_carriers,
     wave,
 )
-from flexband.report.text.tables import expected_errors, remarks
+from flexband.report.text.band_tables import expected_errors, remarks
 from flexband.study.comparison import relative_error
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
-from flexband.uncertainty.adaptive.interpolation import NestedDesign
+from flexband.uncertainty.adaptive.nested_design import NestedDesign
 from flexband.uncertainty.adaptive.rare_values import RareValues
-from flexband.uncertainty.adaptive.runs import ResponseRuns, successful_runs
+from flexband.uncertainty.adaptive.response_runs import ResponseRuns, successful_runs
 from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.expansions.families import HERMITE, LEGENDRE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion

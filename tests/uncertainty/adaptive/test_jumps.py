@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 import flexband as fb
 from flexband.cli import app
-from flexband.report.text import tables
+from flexband.report.text import band_tables
 
 INPUTS = {"e": fb.Interval(-1.0, 1.0), "x": fb.Normal(0.0, 1.0)}
 STUDY = """
@@ -36,7 +36,7 @@ def test_more_runs_are_not_advised_where_the_highest_orders_are_in_use(budget):
     ) as records:
         surrogate = fb.expand(response, INPUTS, fb.AdaptivePCCI(max_runs=budget))
     assert "in use in x (8)" in str(records[0].message)
-    lines = tables.remarks(surrogate.bands())
+    lines = band_tables.remarks(surrogate.bands())
     assert any("NOT met: more runs hardly help" in line for line in lines)
     assert not any("allow more runs" in line for line in lines)
 
@@ -76,7 +76,9 @@ def test_a_count_that_is_alike_in_all_runs_is_named_and_decides_no_close_limit()
     ]
     margins = fb.analysis.check_limits(surrogate, limits)
     assert margins["verdict"].values.tolist() == ["kept", "undecided", "not kept"]
-    (message,) = [line for line in tables.remarks(surrogate.bands()) if "count the same" in line]
+    (message,) = [
+        line for line in band_tables.remarks(surrogate.bands()) if "count the same" in line
+    ]
     assert message.startswith("count: all runs count the same at all times, but up to ")
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flexband as fb
-from flexband.report.text.tables import remarks
+from flexband.report.text.band_tables import remarks
 from flexband.uncertainty.adaptive.refinement.spectrum import ErrorSpectrum
 from flexband.uncertainty.surrogates.unconverged import (
     Cause,

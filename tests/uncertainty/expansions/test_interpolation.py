@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 import flexband as fb
 from flexband.uncertainty.adaptive.adaptation import Adaptation
-from flexband.uncertainty.adaptive.interpolation import NestedDesign
-from flexband.uncertainty.adaptive.runs import ResponseRuns, RunBuffer
+from flexband.uncertainty.adaptive.nested_design import NestedDesign
+from flexband.uncertainty.adaptive.response_runs import ResponseRuns, RunBuffer
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.families import HERMITE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion

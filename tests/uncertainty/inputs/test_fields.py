@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import flexband as fb
-from flexband.report.text.tables import remarks
+from flexband.report.text.band_tables import remarks
 
 
 def test_the_papers_field():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flexband as fb
-from flexband.analysis.results import expected_error
+from flexband.analysis.labelled_answers import expected_error
 from flexband.uncertainty.adaptive.held_out import generic_points
 from flexband.uncertainty.expansions.families import HERMITE
 from flexband.uncertainty.phase_resolved.method import HELD

@@ -22,7 +22,7 @@ from flexband.uncertainty.phases.expansion import PhaseExpansion
 from flexband.uncertainty.phases.integration.rules import PhaseChange, axis_rule, scan_points
 from flexband.uncertainty.phases.layout import MomentColumns, PartColumns, turning_parts
 from flexband.uncertainty.phases.moment_orders import MomentPolynomials, moment_orders
-from flexband.uncertainty.phases.search import search
+from flexband.uncertainty.phases.phase_bounds import search
 from flexband.uncertainty.phases.trigonometry import cos_and_sin
 
 FINE = np.linspace(-1, 1, 20001)[:, None]

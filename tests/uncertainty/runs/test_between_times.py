@@ -9,7 +9,7 @@ from scipy.stats import norm
 
 import flexband as fb
 from flexband.errors import FlexbandWarning
-from flexband.report.text.tables import remarks
+from flexband.report.text.band_tables import remarks
 
 OMEGA = 20.0  # rad/s; a half period takes 0.157 s
 

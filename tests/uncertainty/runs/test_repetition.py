@@ -8,7 +8,7 @@ import xarray as xr
 
 import flexband as fb
 from benchmarks.numerics.ordinary import refusals
-from flexband.report.text.tables import constants
+from flexband.report.text.band_tables import constants
 
 INPUTS = {"x": fb.Normal(1.0, 0.2), "e": fb.Interval(1.0, 2.0)}
 TIMES = np.linspace(0.0, 1.0, 5)

@@ -11,7 +11,7 @@ import flexband as fb
 from flexband.basics.rounding import Units
 from flexband.cli import app
 from flexband.report.page.verdict import what_matters
-from flexband.report.text import tables
+from flexband.report.text import band_tables
 from flexband.uncertainty.surrogates.axes import units_of
 
 T = np.linspace(0.0, 1.0, 11)
@@ -56,13 +56,13 @@ def test_no_runs_are_spent_on_rounding_errors(surrogate):
 def test_constants_are_named_and_judged_by_nothing(surrogate):
     bands = surrogate.bands()
     verification = fb.verify(surrogate, response).verification
-    assert tables.constants(bands) == MIN_SPEED
-    _, rows = tables.summary_table(bands, verification)
+    assert band_tables.constants(bands) == MIN_SPEED
+    _, rows = band_tables.summary_table(bands, verification)
     assert [row[3:] for row in rows[1:]] == [["constant", "", "", ""]] * 3
     assert rows[2][1:3] == ["0 … 0", "0 … 0"]
     assert verification["confirmed"].values.all()
     assert float((verification["implied_error"] / verification["bar_width"]).max()) <= 2e-5
-    assert tables.error_in_words(bands).split(" for ")[1].startswith("y,")
+    assert band_tables.error_in_words(bands).split(" for ")[1].startswith("y,")
 
 
 def test_a_constant_that_new_runs_leave_is_told():

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import flexband as fb
-from flexband.analysis.results import doubts_of
+from flexband.analysis.labelled_answers import doubts_of
 from flexband.uncertainty.tables.places import folds, levels_within, shares
 
 INPUTS = {"a": fb.Interval(-1.0, 1.0), "x": fb.Normal(0.0, 1.0)}

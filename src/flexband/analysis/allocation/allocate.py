@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.allocation.allocation_table import result_of
 from flexband.analysis.allocation.chance import Chance
 from flexband.analysis.allocation.confirmation import Confirmed, confirm_tolerances
 from flexband.analysis.allocation.costs import Cost, checked_costs
 from flexband.analysis.allocation.grade_search import cheapest_grades
 from flexband.analysis.allocation.infeasible import check_feasible
-from flexband.analysis.allocation.results import result_of
-from flexband.analysis.allocation.search import cheapest
 from flexband.analysis.allocation.stated_probability import allocated_by_chance, checked_probability
+from flexband.analysis.allocation.tolerance_search import cheapest
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCaseBounds
-from flexband.analysis.results import AnswerRecord
+from flexband.analysis.labelled_answers import AnswerRecord
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
 from flexband.basics.checks import check_instance
 from flexband.requirements.corridors import (

@@ -18,15 +18,15 @@ import scipy
 from scipy.special import log_ndtr
 
 from flexband.analysis.allocation.tolerances import Tolerances
-from flexband.analysis.probability.correction import Correction, with_missed
+from flexband.analysis.labelled_answers import is_judged
 from flexband.analysis.probability.ends import EndOptions, ends
 from flexband.analysis.probability.estimates import Estimate, estimate, mixture_around
 from flexband.analysis.probability.first_passage import Place, corrected_at_worst
 from flexband.analysis.probability.model import ResponseModel
+from flexband.analysis.probability.probability_correction import Correction, with_missed
 from flexband.analysis.probability.statements import error_of_runs
 from flexband.analysis.probability.states import LimitState
 from flexband.analysis.probability.subset import Rare, rare
-from flexband.analysis.results import is_judged
 from flexband.errors import InputError
 from flexband.requirements.corridors import Corridor
 from flexband.uncertainty.surrogates.surrogate import Surrogate

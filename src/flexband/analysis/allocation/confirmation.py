@@ -18,9 +18,9 @@ from itertools import product
 
 import numpy as np
 
-from flexband.analysis.allocation.search import Allocated
+from flexband.analysis.allocation.tolerance_search import Allocated
 from flexband.analysis.allocation.worst_case import SAME, SIGNS, WatchedPlaces, WorstCaseBounds
-from flexband.analysis.results import expected_error
+from flexband.analysis.labelled_answers import expected_error
 from flexband.analysis.verification.expanded_runs import RunsOf
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.surrogates.surrogate import Surrogate

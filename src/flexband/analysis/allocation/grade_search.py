@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 
 from flexband.analysis.allocation.grades import Grades
-from flexband.analysis.allocation.search import Allocated, with_binding_places
+from flexband.analysis.allocation.tolerance_search import Allocated, with_binding_places
 from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCaseBounds
 from flexband.errors import InputError
 

@@ -10,10 +10,10 @@ import numpy as np
 import xarray as xr
 from scipy.special import ndtri
 
+from flexband.analysis.allocation.allocation_table import chance_result
 from flexband.analysis.allocation.chance import Chance
 from flexband.analysis.allocation.infeasible import check_feasible
-from flexband.analysis.allocation.results import chance_result
-from flexband.analysis.allocation.search import cheapest
+from flexband.analysis.allocation.tolerance_search import cheapest
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCaseBounds
 from flexband.analysis.probability.failure import RUNS

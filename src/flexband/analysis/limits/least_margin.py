@@ -8,7 +8,7 @@ from enum import StrEnum
 
 import xarray as xr
 
-from flexband.analysis.results import NOT_JUDGED
+from flexband.analysis.labelled_answers import NOT_JUDGED
 from flexband.basics.rounding import unit_of_variable
 from flexband.requirements.corridors import FOR_CONSTANT_OFFSETS
 from flexband.uncertainty.surrogates.bands import AttributeRecord

@@ -9,13 +9,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.allocation.adjustment import Adjusted, compensators, series_with_limits
-from flexband.analysis.limits.least_margin import (
-    WORST_FIRST,
-    LimitVerdict,
-    margins_in_words,
-)
-from flexband.analysis.peaks import TimeAxis, least_between
-from flexband.analysis.results import (
+from flexband.analysis.labelled_answers import (
     NOT_JUDGED,
     Variables,
     beyond_neighbours,
@@ -25,6 +19,12 @@ from flexband.analysis.results import (
     remarks_on,
     with_names_and_units,
 )
+from flexband.analysis.limits.least_margin import (
+    WORST_FIRST,
+    LimitVerdict,
+    margins_in_words,
+)
+from flexband.analysis.peaks import TimeAxis, least_between
 from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
 from flexband.errors import InputError
 from flexband.remarks.collection import as_attribute

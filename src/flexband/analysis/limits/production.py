@@ -6,9 +6,9 @@ from typing import Any
 
 import xarray as xr
 
+from flexband.analysis.labelled_answers import AnswerRecord
 from flexband.analysis.probability.failure import RUNS, limit_probabilities
 from flexband.analysis.probability.texts import share_in_words
-from flexband.analysis.results import AnswerRecord
 from flexband.analysis.selection import AnySurrogate
 from flexband.basics.progress import Progress
 from flexband.basics.response import ResponseFunction

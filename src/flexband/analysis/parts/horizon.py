@@ -17,7 +17,7 @@ import xarray as xr
 from scipy.special import ndtr
 
 from flexband.analysis.parts.numbers import Quantities, check_quantities, numbers_of, units_by_name
-from flexband.analysis.parts.runs import plain_runs
+from flexband.analysis.parts.part_runs import plain_runs
 from flexband.analysis.verification.expanded_runs import Runs
 from flexband.basics.checks import check_integer, check_numbers
 from flexband.basics.progress import Progress, run_counter

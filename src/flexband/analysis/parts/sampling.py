@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import xarray as xr
 
-from flexband.analysis.parts.distribution import SamplingOptions, distribution
 from flexband.analysis.parts.numbers import Quantities, check_quantities
+from flexband.analysis.parts.part_distribution import SamplingOptions, distribution
+from flexband.analysis.parts.part_runs import plain_runs
 from flexband.analysis.parts.points import Parts
-from flexband.analysis.parts.runs import plain_runs
 from flexband.basics.checks import check_integer
 from flexband.basics.progress import Progress, run_counter
 from flexband.basics.response import ResponseFunction
@@ -101,5 +101,5 @@ def sample_parts(
     with plain_runs(response, inputs, settings) as (space, explored, runs_of):
         parts = Parts.from_scatter(space, scatter)
         run = runs_of(run_counter(progress, count))
-        result = distribution(run, parts, requirement_list, quantities, seed, options)
+        result = distribution(run, parts, requirement_list, quantities, seed=seed, options=options)
     return result.assign_attrs(runs=count + explored)

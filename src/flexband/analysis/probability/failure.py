@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import xarray as xr
 
 from flexband.analysis.allocation.adjustment import compensators
+from flexband.analysis.labelled_answers import NOT_JUDGED, check_free, doubts_of, missed_tolerance
 from flexband.analysis.probability import COARSEST, FINEST
 from flexband.analysis.probability.first_passage import first_passage
 from flexband.analysis.probability.model import models
@@ -20,7 +21,6 @@ from flexband.analysis.probability.statements import (
     withheld,
 )
 from flexband.analysis.probability.texts import LONG_NAMES, verdict_on, with_texts
-from flexband.analysis.results import NOT_JUDGED, check_free, doubts_of, missed_tolerance
 from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
 from flexband.basics.checks import check_integer, check_numbers
 from flexband.basics.progress import Progress

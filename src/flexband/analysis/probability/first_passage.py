@@ -9,11 +9,16 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.labelled_answers import Variables, is_judged, places
 from flexband.analysis.probability.at_each import at_each_time
-from flexband.analysis.probability.correction import Correction, correct_probability, with_missed
 from flexband.analysis.probability.ends import EndOptions, ends, rare_at
 from flexband.analysis.probability.estimates import TWO_SIDED, Estimate, estimate
 from flexband.analysis.probability.model import ResponseModel
+from flexband.analysis.probability.probability_correction import (
+    Correction,
+    correct_probability,
+    with_missed,
+)
 from flexband.analysis.probability.statements import (
     ANYTHING,
     AT_EACH,
@@ -24,7 +29,6 @@ from flexband.analysis.probability.statements import (
 )
 from flexband.analysis.probability.states import LimitState
 from flexband.analysis.probability.subset import Rare
-from flexband.analysis.results import Variables, is_judged, places
 from flexband.requirements.corridors import Corridor
 from flexband.requirements.scatter import ScatteringTolerances
 from flexband.uncertainty.inputs.evaluation import coordinates

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.results import POINTWISE_ERRORS, error_of, is_judged
+from flexband.analysis.labelled_answers import POINTWISE_ERRORS, error_of, is_judged
 from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.diagnostics import share
 from flexband.uncertainty.surrogates.surrogate import Surrogate

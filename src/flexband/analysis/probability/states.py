@@ -10,9 +10,9 @@ from typing import TypeVar
 
 import numpy as np
 
+from flexband.analysis.labelled_answers import beyond_neighbours
 from flexband.analysis.peaks import LeastBetween, TimeAxis, least_between, lowest_of_impacts
 from flexband.analysis.probability.discrepancy import DiscrepancyModel
-from flexband.analysis.results import beyond_neighbours
 from flexband.requirements.corridors import Corridor
 from flexband.requirements.scatter import ScatteringTolerances
 from flexband.uncertainty.expansions.expansion import Expansion

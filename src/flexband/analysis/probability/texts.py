@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.labelled_answers import AnswerRecord
 from flexband.analysis.limits.least_margin import inputs_in_words
 from flexband.analysis.probability.statements import ANYTHING, BETWEEN
-from flexband.analysis.results import AnswerRecord
 from flexband.basics.words import number_of
 
 NOT_GIVEN = "not given"

@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.intervals import over_intervals
-from flexband.analysis.results import Variables, answer, check_free, expected_error, places
+from flexband.analysis.labelled_answers import Variables, answer, check_free, expected_error, places
 from flexband.analysis.selection import AnySurrogate, Labels
 from flexband.basics.checks import check_flag
 from flexband.errors import InputError

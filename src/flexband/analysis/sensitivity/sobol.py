@@ -11,7 +11,7 @@ import xarray as xr
 
 from flexband.analysis.descent import lowest_over_times
 from flexband.analysis.intervals import over_options
-from flexband.analysis.results import Variables, answer, check_free, expected_error, places
+from flexband.analysis.labelled_answers import Variables, answer, check_free, expected_error, places
 from flexband.analysis.sampled import SampledSeries, sampling_error
 from flexband.analysis.selection import AnySurrogate, Labels, select_places, surrogates_of
 from flexband.analysis.sensitivity.contributions import groups

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.allocation.tolerances import with_tolerance
-from flexband.analysis.results import answer, check_free
+from flexband.analysis.labelled_answers import answer, check_free
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.basics.checks import check_fraction
 from flexband.basics.warning import without_warnings

@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.results import error_of, remarks_on
+from flexband.analysis.labelled_answers import error_of, remarks_on
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.verification import MAX_RUNS, RUNS
 from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
@@ -58,7 +58,7 @@ from flexband.uncertainty.surrogates.sigmas import (
     growth,
 )
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-from flexband.uncertainty.surrogates.verdicts import verdict
+from flexband.uncertainty.surrogates.verification_verdict import verdict
 
 if TYPE_CHECKING:
     from flexband.execution.executors import ExecutorLike

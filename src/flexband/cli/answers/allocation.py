@@ -15,14 +15,14 @@ from flexband.cli.answers.frame import (
     one_of,
 )
 from flexband.cli.answers.limits import During, Only, Side, limits_of
+from flexband.cli.command_options import Trust
 from flexband.cli.messages import UsageError, usage
-from flexband.cli.options import Trust
 
 if TYPE_CHECKING:  # imported when a command is called
     from flexband.analysis.allocation.costs import checked_costs
     from flexband.analysis.allocation.stated_probability import checked_probability
     from flexband.analysis.allocation.tolerances import Tolerances
-    from flexband.analysis.results import AnswerRecord
+    from flexband.analysis.labelled_answers import AnswerRecord
     from flexband.report.page.answers import allocation_table
     from flexband.report.plot.figures import allocation_figure
     from flexband.report.text.numbers import number

@@ -17,7 +17,8 @@ from flexband.basics.error_text import error_text
 from flexband.basics.files import try_write
 from flexband.basics.warning import without_warnings
 from flexband.cli.application import app
-from flexband.cli.files import check_folder, draw
+from flexband.cli.exit_status import exit_status
+from flexband.cli.folders import check_folder, draw
 from flexband.cli.messages import (
     Table,
     UsageError,
@@ -113,7 +114,7 @@ class CommandOutput:
 
     def write(self, folder: Path) -> list[Path]:
         """Write the files of the answer, and return them."""
-        from flexband.report.page.page_file import list_shown  # noqa: PLC0415
+        from flexband.report.page.page_record import list_shown  # noqa: PLC0415
         from flexband.study.results.answers import answer_file  # noqa: PLC0415
         from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
@@ -162,8 +163,6 @@ def answer_command(
 
         @wraps(question)
         def command(folder: Path, *, as_json: bool, **options: object) -> None:
-            from flexband.cli.result import exit_status  # noqa: PLC0415
-
             result = saved_result(folder)
             answer = question(result, **options)
             answer.print(answer.write(result.folder), as_json=as_json)
@@ -190,7 +189,7 @@ def one_of(sigmas: float | None, probability: float | None, usual: float) -> flo
 
 def saved_result(folder: Path) -> SavedResult:
     """Return the surrogate of a folder or file; remark if its result was not reliable."""
-    from flexband.report.page.page_file import read_given  # noqa: PLC0415
+    from flexband.report.page.page_record import read_given  # noqa: PLC0415
     from flexband.report.text.doubts import doubt_text  # noqa: PLC0415
     from flexband.study.presentation.display import Display  # noqa: PLC0415
     from flexband.study.results.reliability import DoubtKind  # noqa: PLC0415

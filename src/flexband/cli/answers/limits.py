@@ -11,9 +11,9 @@ import flexband as fb
 from flexband.analysis.probability import COARSEST, FINEST
 from flexband.basics.checks import check_integer
 from flexband.cli.answers.frame import CommandOutput, SavedResult, SomeSigmas, answer_command
-from flexband.cli.files import check_folder, draw_limits
+from flexband.cli.command_options import Trust
+from flexband.cli.folders import check_folder, draw_limits
 from flexband.cli.messages import UsageError, usage
-from flexband.cli.options import Trust
 from flexband.errors import InputError
 from flexband.execution.names import FileName
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr
 
     from flexband.analysis.limits.least_margin import margins_in_words
-    from flexband.analysis.limits.verdicts import requirement_verdicts, uncertain_inputs
+    from flexband.analysis.limits.limit_verdicts import requirement_verdicts, uncertain_inputs
     from flexband.analysis.probability.model import MAX_RUNS, MIN_RUNS
     from flexband.analysis.probability.texts import verdict_on
     from flexband.analysis.selection import surrogates_of

@@ -12,20 +12,19 @@ import typer
 import flexband as fb
 from flexband.basics.words import with_article
 from flexband.cli.answers.frame import CommandOutput, SavedResult, Sigmas, answer_command
+from flexband.cli.command_options import Trust
 from flexband.cli.messages import Table, UsageError, print_text, usage
-from flexband.cli.options import Trust
 from flexband.errors import InputError
 
 if TYPE_CHECKING:  # imported when a command is called
     import numpy as np
     import xarray as xr
 
+    from flexband.analysis.labelled_answers import AnswerRecord
     from flexband.analysis.probability.texts import NOT_GIVEN
-    from flexband.analysis.results import AnswerRecord
     from flexband.analysis.selection import labels_of
     from flexband.report.page.inputs import known_of
-    from flexband.report.text.numbers import number, percent_to_tenth
-    from flexband.report.text.tables import (
+    from flexband.report.text.band_tables import (
         CONSTANT,
         constants,
         deviations,
@@ -35,6 +34,7 @@ if TYPE_CHECKING:  # imported when a command is called
         select,
         unit_of,
     )
+    from flexband.report.text.numbers import number, percent_to_tenth
     from flexband.study.presentation.display import Display
     from flexband.study.results.answers import read_answer
     from flexband.study.results.limits import has_probability

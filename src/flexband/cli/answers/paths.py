@@ -20,7 +20,7 @@ if TYPE_CHECKING:  # imported when a command is called
     import numpy as np
 
     from flexband.report.plot.figures import path_figure
-    from flexband.report.text.tables import deviations
+    from flexband.report.text.band_tables import deviations
 
 
 @answer_command("path")

@@ -11,19 +11,19 @@ from flexband.analysis.probability import COARSEST, FINEST
 from flexband.basics.checks import check_integer
 from flexband.cli.answers.frame import CommandOutput, SavedResult, answer_command
 from flexband.cli.answers.limits import During, Only, Side, as_rows, limits_of
+from flexband.cli.command_options import Trust
 from flexband.cli.messages import Table, UsageError, usage
-from flexband.cli.options import Trust
 from flexband.errors import InputError
 
 if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr
 
+    from flexband.analysis.labelled_answers import AnswerRecord
     from flexband.analysis.probability.model import MAX_RUNS, MIN_RUNS
-    from flexband.analysis.results import AnswerRecord
     from flexband.analysis.selection import surrogates_of
     from flexband.report.page.answers import yield_cell
     from flexband.report.progress import progress_bars
-    from flexband.report.text.verdicts import RANDOM_SAMPLES
+    from flexband.report.text.requirement_verdicts import RANDOM_SAMPLES
     from flexband.requirements.scatter import Scatter
     from flexband.uncertainty.inputs.inputs import Interval
     from flexband.uncertainty.inputs.space import Space

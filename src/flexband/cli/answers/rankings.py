@@ -16,14 +16,14 @@ if TYPE_CHECKING:  # imported when a command is called
     import numpy as np
     import xarray as xr
 
-    from flexband.analysis.results import AnswerRecord
+    from flexband.analysis.labelled_answers import AnswerRecord
     from flexband.analysis.selection import surrogates_of
     from flexband.report.page.answers import only_one
     from flexband.report.page.inputs import mean_share_text
     from flexband.report.plot.figures import bounds_figure, contributions_figure
+    from flexband.report.text.band_tables import CONSTANT, deviations, outputs_of, select
     from flexband.report.text.drawable import drawable_outputs
     from flexband.report.text.numbers import percent_to_tenth
-    from flexband.report.text.tables import CONSTANT, deviations, outputs_of, select
 
 
 @answer_command("contributions")

@@ -11,7 +11,7 @@ import typer
 from flexband.basics.files import replace_file
 from flexband.basics.words import number_of
 from flexband.cli.application import app
-from flexband.cli.files import Folder
+from flexband.cli.folders import Folder
 from flexband.cli.messages import UsageError, print_text, reported_errors
 from flexband.errors import InputError
 

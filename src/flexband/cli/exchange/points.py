@@ -10,11 +10,11 @@ import typer
 
 from flexband.basics.words import are
 from flexband.cli.application import app
-from flexband.cli.files import File, Folder, Output
+from flexband.cli.command_options import Failed, Method, Sigmas, Trust
+from flexband.cli.folders import File, Folder, Output
 from flexband.cli.messages import print_text, reported_errors, usage
 from flexband.cli.methods import with_method_options
-from flexband.cli.options import Failed, Method, Sigmas, Trust
-from flexband.cli.runs import run_plan
+from flexband.cli.run_commands import run_plan
 from flexband.errors import InputError
 from flexband.study.folder import StudyFolder
 

@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 from flexband.basics.warning import warn
 from flexband.basics.words import number_of
 from flexband.errors import ResolutionWarning
+from flexband.mechanics.assembly.entry_tables import Couples, Places, pairs_of
 from flexband.mechanics.assembly.stacking import indices, stack
 from flexband.mechanics.assembly.structure import Continua, ContinuumValues, Elements, ElementValues
-from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.kernels.elements.beams import NUMBERS as BEAM_NUMBERS
 from flexband.mechanics.kernels.elements.cables import NUMBERS as CABLE_NUMBERS

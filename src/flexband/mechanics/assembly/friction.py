@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from flexband.mechanics.assembly.entry_tables import Couples, Places, ProductTable, TermTable
 from flexband.mechanics.assembly.stacking import indices, stack
 from flexband.mechanics.assembly.structure import Friction, FrictionValues
-from flexband.mechanics.assembly.tables import Couples, Places, ProductTable, TermTable
 from flexband.mechanics.assembly.vectors import VectorTables
 from flexband.mechanics.contact.friction import FrictionEntry
 from flexband.mechanics.kernels.forms import TimeFunction

@@ -20,11 +20,7 @@ from flexband.mechanics.assembly.elements import (
     rigidity,
     warn_of_elements,
 )
-from flexband.mechanics.assembly.friction import FrictionTable
-from flexband.mechanics.assembly.inertia import Inertia
-from flexband.mechanics.assembly.stacking import count_samples, indices, leaves, stack
-from flexband.mechanics.assembly.structure import Structure, Values
-from flexband.mechanics.assembly.tables import (
+from flexband.mechanics.assembly.entry_tables import (
     ExtremeTable,
     MassTable,
     Places,
@@ -32,6 +28,10 @@ from flexband.mechanics.assembly.tables import (
     Table,
     TermTable,
 )
+from flexband.mechanics.assembly.friction import FrictionTable
+from flexband.mechanics.assembly.inertia import Inertia
+from flexband.mechanics.assembly.stacking import count_samples, indices, leaves, stack
+from flexband.mechanics.assembly.structure import Structure, Values
 from flexband.mechanics.assembly.vectors import VectorTables
 from flexband.mechanics.kernels.forms import Form, TimeFunction
 from flexband.mechanics.kernels.pattern import NONE, analyse

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.compilation.functions import Deferred
+from flexband.mechanics.assembly.entry_tables import Couples, Places, pairs_of
 from flexband.mechanics.assembly.stacking import indices, stack, starts
 from flexband.mechanics.assembly.structure import Laws, Springs, SpringValues, Vectors, VectorValues
-from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
 from flexband.mechanics.kernels.forms import Form, TimeFunction, Vector, section_normal
 from flexband.mechanics.kernels.laws.forces import AXES, GAP, GAP_MEMORY
 from flexband.mechanics.kernels.laws.states import MARK

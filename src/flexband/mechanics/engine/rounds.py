@@ -17,7 +17,6 @@ from flexband.mechanics.kernels.equations import (
     sense,
     watch,
 )
-from flexband.mechanics.kernels.extremes import begin_extremes
 from flexband.mechanics.kernels.lanes import (
     any_true,
     compiled,
@@ -32,6 +31,7 @@ from flexband.mechanics.kernels.lanes import (
 from flexband.mechanics.kernels.laws.states import (
     hold_states,
 )
+from flexband.mechanics.kernels.running_extremes import begin_extremes
 
 
 @compiled

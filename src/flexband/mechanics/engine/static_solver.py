@@ -13,7 +13,6 @@ import numpy as np
 
 from flexband.mechanics.engine.initial_conditions import ASSEMBLY
 from flexband.mechanics.kernels.equations import residual, sense, tangent, to_right_side, watch
-from flexband.mechanics.kernels.extremes import begin_extremes
 from flexband.mechanics.kernels.factorization import backward, factorize
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lanes import (
@@ -27,6 +26,7 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
+from flexband.mechanics.kernels.running_extremes import begin_extremes
 
 
 class StaticOptions(NamedTuple):

@@ -19,7 +19,6 @@ from flexband.mechanics.kernels.elements.elastic import (
     elastic_energy,
     update_free_strains,
 )
-from flexband.mechanics.kernels.extremes import update_extremes
 from flexband.mechanics.kernels.friction.rows import (
     add_friction,
     add_jacobian,
@@ -39,6 +38,7 @@ from flexband.mechanics.kernels.lanes import (
     where,
 )
 from flexband.mechanics.kernels.laws.forces import add_law_forces, add_law_tangent, read_laws
+from flexband.mechanics.kernels.running_extremes import update_extremes
 from flexband.mechanics.kernels.springs import (
     add_spring_forces,
     add_spring_tangent,

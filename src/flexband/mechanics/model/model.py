@@ -11,8 +11,8 @@ from flexband.mechanics.kernels.laws.forces import AXES
 from flexband.mechanics.kernels.state import friction_rows, reaction_rows
 from flexband.mechanics.model.equations import EquationForms
 from flexband.mechanics.model.frames import within
-from flexband.mechanics.sensors.extremes import OverSteps
 from flexband.mechanics.sensors.motion import FrictionRows
+from flexband.mechanics.sensors.sensor_extremes import OverSteps
 
 
 class Watched(NamedTuple):

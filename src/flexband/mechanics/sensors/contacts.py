@@ -9,10 +9,10 @@ import numpy as np
 from flexband.basics.arguments import frozen
 from flexband.basics.checks import check_flag, check_integer
 from flexband.errors import InputError
-from flexband.mechanics.kernels.extremes import KINDS
 from flexband.mechanics.kernels.forms import Form
-from flexband.mechanics.sensors.extremes import OverSteps, check_window
+from flexband.mechanics.kernels.running_extremes import KINDS
 from flexband.mechanics.sensors.motion import ContactRows, Sensor, SensorModel
+from flexband.mechanics.sensors.sensor_extremes import OverSteps, check_window
 
 
 def contacts_of(name: str, model: SensorModel, part: str, *, angular: bool) -> list[ContactRows]:

@@ -8,10 +8,10 @@ import numpy as np
 
 from flexband.basics.arguments import frozen
 from flexband.basics.checks import check_instance
-from flexband.mechanics.kernels.extremes import KINDS
 from flexband.mechanics.kernels.forms import Form, Polar, during_impulse
-from flexband.mechanics.sensors.extremes import OverSteps
+from flexband.mechanics.kernels.running_extremes import KINDS
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
+from flexband.mechanics.sensors.sensor_extremes import OverSteps
 
 
 class _Energy(Sensor):

@@ -9,15 +9,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.limits.verdicts import LimitCheck
+from flexband.analysis.labelled_answers import AnswerRecord
+from flexband.analysis.limits.limit_verdicts import LimitCheck
 from flexband.analysis.probability.texts import bound_text, share_and_interval, verdict_on
-from flexband.analysis.results import AnswerRecord
 from flexband.basics.files import read_unlinked
 from flexband.basics.rounding import unit_of_variable
+from flexband.report.text.band_tables import Table, deviations, summary_table
 from flexband.report.text.drawable import is_likely
 from flexband.report.text.numbers import number
 from flexband.report.text.parts import parts_table, sampling_line
-from flexband.report.text.tables import Table, deviations, summary_table
 from flexband.study.presentation.display import Display
 from flexband.study.results.answers import Unusable, read_answers
 

@@ -7,13 +7,13 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.results import ERRORS
+from flexband.analysis.labelled_answers import ERRORS
 from flexband.analysis.selection import AnySurrogate
 from flexband.basics.rounding import unit_of_variable
 from flexband.report.page.arrays import JsonRecord, pack
+from flexband.report.text.band_tables import Table, deviations, outputs_of, select, unit_of
 from flexband.report.text.drawable import drawable_outputs, series
 from flexband.report.text.numbers import number
-from flexband.report.text.tables import Table, deviations, outputs_of, select, unit_of
 from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 

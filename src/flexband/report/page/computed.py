@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import xarray as xr
 
-from flexband.analysis.results import AnswerRecord
+from flexband.analysis.labelled_answers import AnswerRecord
 from flexband.basics.words import number_of
 from flexband.report.page.arrays import JsonRecord
 from flexband.uncertainty.surrogates.bands import BandRecord

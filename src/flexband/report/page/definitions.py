@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import xarray as xr
 
-from flexband.report.text import tables
+from flexband.report.text import band_tables
 from flexband.report.text.drawable import bounds
 
 
 def definitions(
     bands: xr.Dataset,
-    inputs: tables.Table,
+    inputs: band_tables.Table,
     limits: xr.Dataset | None,
     probability: xr.Dataset | None,
 ) -> list[tuple[str, str]]:
@@ -55,7 +55,7 @@ def definitions(
         meanings |= moments
     meanings |= {term: meaning for term, meaning in terms.items() if term not in left_out}
     if limits is not None:
-        meanings["margin"] = margin.format(tables.deviations(limits))
+        meanings["margin"] = margin.format(band_tables.deviations(limits))
     if probability is not None:
         meanings |= chances
     return list(meanings.items())

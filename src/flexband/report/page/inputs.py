@@ -10,8 +10,8 @@ import numpy as np
 import xarray as xr
 from scipy.special import ndtri
 
+from flexband.report.text.band_tables import Table, outputs_of, select
 from flexband.report.text.numbers import number, percent
-from flexband.report.text.tables import Table, outputs_of, select
 from flexband.study.presentation.display import Display
 from flexband.uncertainty.inputs.choices import Choice, Compensator, Sizing
 from flexband.uncertainty.inputs.constants import Constant, is_number

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.labelled_answers import AnswerRecord
 from flexband.analysis.p_boxes import VALUES, p_box
-from flexband.analysis.results import AnswerRecord
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.report.page.arrays import JsonRecord, pack
-from flexband.report.text.tables import outputs_of
+from flexband.report.text.band_tables import outputs_of
 from flexband.study.presentation.display import Display
 
 

@@ -9,7 +9,7 @@ from flexband.analysis.paths import path
 from flexband.analysis.selection import AnySurrogate
 from flexband.basics.rounding import unit_of_variable
 from flexband.report.page.arrays import JsonRecord, pack
-from flexband.report.text.tables import deviations, outputs_of
+from flexband.report.text.band_tables import deviations, outputs_of
 from flexband.study.presentation.display import Display
 from flexband.uncertainty.surrogates.axes import axes_of
 

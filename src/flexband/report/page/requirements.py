@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import xarray as xr
 
-from flexband.analysis.limits.verdicts import LimitCheck, requirement_verdicts
+from flexband.analysis.limits.limit_verdicts import LimitCheck, requirement_verdicts
 from flexband.remarks.collection import remarks_of
 from flexband.report.text.remarks import remark_line, standing_remarks, untouched_by
-from flexband.report.text.verdicts import verdict_text
+from flexband.report.text.requirement_verdicts import verdict_text
 from flexband.requirements.verdict import RequirementVerdict, Verdict, worst_of
 
 

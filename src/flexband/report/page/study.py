@@ -20,7 +20,7 @@ from flexband.report.page.requirements import judged_requirements
 from flexband.report.page.template import write_page
 from flexband.report.page.verdict import uncertain_ones, verdict, why_unreliable
 from flexband.report.page.what_if import panel as what_if
-from flexband.report.text import tables
+from flexband.report.text import band_tables
 from flexband.study.presentation.display import Display
 from flexband.study.presentation.title_block import FIELDS
 from flexband.study.results.answers import read_answer
@@ -71,16 +71,16 @@ def write_report(
     )
     parts = read_answer(folder, "parts") if page_record.get("unpredictable") else None
     uncertain = uncertain_ones(contributions if parts is None else None, page_record["inputs"])
-    predictable = tables.predictable_part(bands, parts)
+    predictable = band_tables.predictable_part(bands, parts)
     panel, fixed = what_if.what_if(surrogate, raw, display) if parts is None else (None, [HELD])
-    time = tables.time_of(bands)
+    time = band_tables.time_of(bands)
     nominal = nominal_of(surrogate)
     nominal = None if nominal is None else display.data(nominal)
-    bands_before_horizon = tables.before_horizon(bands, time, parts)
+    bands_before_horizon = band_tables.before_horizon(bands, time, parts)
     if nominal is not None:
-        nominal = tables.before_horizon(nominal, time, parts)
+        nominal = band_tables.before_horizon(nominal, time, parts)
     if contributions is not None:
-        contributions = tables.before_horizon(contributions, time, parts)
+        contributions = band_tables.before_horizon(contributions, time, parts)
     charts = chart_data(bands_before_horizon, nominal, contributions, limits, display.input_units())
     if charts and any(row[1] == "compensator" for row in page_record["inputs"][1]):
         charts["limits"] = None  # margins are those after it is adjusted
@@ -106,9 +106,11 @@ def write_report(
         description=page_record.get("description", ""),
         question=page_record.get("question"),
         inputs=with_shares(page_record["inputs"], uncertain),
-        bands=([], []) if predictable is None else tables.summary_table(predictable, verification),
+        bands=([], [])
+        if predictable is None
+        else band_tables.summary_table(predictable, verification),
         limits=limits_table(*check[:2], production) if check is not None else None,
-        limits_of=tables.deviations(limits)
+        limits_of=band_tables.deviations(limits)
         if limits is not None and "sigmas" in limits.attrs
         else "",
         limit_remarks=limit_remarks(probability),

@@ -9,22 +9,24 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.limits.least_margin import MarginRecord
-from flexband.analysis.limits.verdicts import LimitCheck, largest_around
+from flexband.analysis.limits.limit_verdicts import LimitCheck, largest_around
 from flexband.analysis.probability.texts import chance, share_in_words
 from flexband.basics.rounding import unit_of_variable
 from flexband.basics.words import number_of
 from flexband.report.page.inputs import mean_share_text
-from flexband.report.text import tables
+from flexband.report.text import band_tables
 from flexband.report.text.doubts import doubt_line, doubt_text
 from flexband.report.text.numbers import number
 from flexband.report.text.parts import horizon_line
-from flexband.report.text.verdicts import RANDOM_SAMPLES
+from flexband.report.text.requirement_verdicts import RANDOM_SAMPLES
 from flexband.requirements.requirement import with_unit
 from flexband.study.results.reliability import Doubt
 from flexband.study.results.result import StudyResult
 
 
-def uncertain_ones(contributions: xr.Dataset | None, inputs: tables.Table) -> xr.Dataset | None:
+def uncertain_ones(
+    contributions: xr.Dataset | None, inputs: band_tables.Table
+) -> xr.Dataset | None:
     """Return the contributions of inputs that are uncertain, and not chosen; None if none is."""
     design_inputs = {row[0] for row in inputs[1] if row[1] in ("size", "compensator")}
     if contributions is None:
@@ -60,9 +62,9 @@ def verdict(
     unpredictable = page_record.get("unpredictable", "")
     lines = [unpredictable] if unpredictable else [doubt_line(doubt) for doubt in doubts]
     if not unpredictable:
-        lines.append(tables.error_in_words(bands))
+        lines.append(band_tables.error_in_words(bands))
     if verification is not None and not unpredictable:
-        lines.append(tables.checked_in_words(verification))
+        lines.append(band_tables.checked_in_words(verification))
     limits = None if check is None else check.margins
     if check is not None and check.probability is not None:
         last = check.probability.isel(limit=-1)  # of leaving any limit
@@ -107,19 +109,19 @@ def what_matters(contributions: xr.Dataset, limits: xr.Dataset | None) -> str:
     if limits is not None and "width" in contributions:
         return _for_limit(contributions, limits)
     share = contributions["mean_share"]
-    names = [name for name in tables.outputs_of(share) if varies(contributions, name)]
+    names = [name for name in band_tables.outputs_of(share) if varies(contributions, name)]
     if not names:
         return "No input matters: all outputs are constant."
-    largest = [_largest(tables.select(share, name)) for name in names]
+    largest = [_largest(band_tables.select(share, name)) for name in names]
     first, part = largest[0]
     words = (
-        f"without its uncertainty, the error bar would be {tables.percent(part)} narrower"
+        f"without its uncertainty, the error bar would be {band_tables.percent(part)} narrower"
         f"{mean_share_text(contributions)}"
     )
     if len(names) == 1:
         return f"What matters most is {first}: {words}."
     some = [
-        f"{input_} for {name} ({tables.percent(part)})"
+        f"{input_} for {name} ({band_tables.percent(part)})"
         for name, (input_, part) in list(zip(names, largest, strict=True))[1:MOST]
     ]
     others = "; the report has the other outputs" if len(names) > MOST else ""
@@ -130,19 +132,19 @@ def varies(contributions: xr.Dataset, name: str) -> bool:
     """Return whether an output is not constant, as far as contributions tell it."""
     if "varies" not in contributions:
         return True
-    return bool(tables.select(contributions["varies"], name).values.any())
+    return bool(band_tables.select(contributions["varies"], name).values.any())
 
 
 def _for_limit(contributions: xr.Dataset, limits: xr.Dataset) -> str:
     """Return which input matters most for each limit, least margin in parts of a width first."""
     margins = []
-    outputs = tables.outputs_of(contributions["mean_share"])
+    outputs = band_tables.outputs_of(contributions["mean_share"])
     count = limits.sizes["limit"]
     names = limits["output"].values if "output" in limits.coords else outputs[0]
     for k, name in enumerate(np.broadcast_to(names, count).astype(str).tolist()):
         if not varies(contributions, name if len(outputs) > 1 else outputs[0]):
             continue
-        width = tables.select(contributions["width"], name)
+        width = band_tables.select(contributions["width"], name)
         size = float(width.mean()) or np.inf
         margins.append((float(limits["least_margin"][k]) / size, k, name))
     if not margins:
@@ -153,12 +155,13 @@ def _for_limit(contributions: xr.Dataset, limits: xr.Dataset) -> str:
     ]
     (limit, first, part, where), *rest = largest
     others = "".join(
-        f"; for {name}, it is {input_} ({tables.percent(part)})" for name, input_, part, _ in rest
+        f"; for {name}, it is {input_} ({band_tables.percent(part)})"
+        for name, input_, part, _ in rest
     )
     remark = "; there are further limits" if len(margins) > MOST else ""
     return (
         f"What matters most for the limit {limit} is {first}: without its uncertainty, the error "
-        f"bar would be {tables.percent(part)} narrower{where}{others}{remark}."
+        f"bar would be {band_tables.percent(part)} narrower{where}{others}{remark}."
     )
 
 

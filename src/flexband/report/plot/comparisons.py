@@ -16,8 +16,8 @@ from flexband.basics.words import value_text
 from flexband.errors import InputError
 from flexband.report.plot.series import label, literal, output_of, with_bounds
 from flexband.report.plot.style import LINES, axes_of
+from flexband.report.text.band_tables import select
 from flexband.report.text.drawable import series
-from flexband.report.text.tables import select
 from flexband.study.comparison import Comparison
 
 NAMES = {"mean": "interval mean", "error_bar": "interval error bar"}

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 import flexband.report.plot as plot  # noqa: PLR0402 (not the package, which imports this)
 from flexband.report.plot.margins import least_in_words, too_small_to_see
 from flexband.report.plot.series import legend_above, title_above
+from flexband.report.text.band_tables import deviations, outputs_of
 from flexband.report.text.drawable import bounds, is_likely
-from flexband.report.text.tables import deviations, outputs_of
 from flexband.study.comparison import Comparison
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.fields.random_field import RandomField

@@ -14,7 +14,7 @@ from flexband.basics.checks import check_instance
 from flexband.basics.rounding import unit_of_variable
 from flexband.basics.words import value_text
 from flexband.errors import InputError
-from flexband.report.text.tables import deviations, outputs_of, select
+from flexband.report.text.band_tables import deviations, outputs_of, select
 
 SYMBOLS = {"time": "$t$"}
 """Of dimensions."""

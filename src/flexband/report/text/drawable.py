@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError
-from flexband.report.text.tables import deviations, outputs_of, select
+from flexband.report.text.band_tables import deviations, outputs_of, select
 
 
 def series(data: xr.DataArray, output: str) -> tuple[np.ndarray, np.ndarray]:

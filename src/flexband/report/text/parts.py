@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.results import AnswerRecord
+from flexband.analysis.labelled_answers import AnswerRecord
 from flexband.basics.rounding import Units, unit_of_variable
 from flexband.basics.words import number_of
+from flexband.report.text.band_tables import Table
 from flexband.report.text.numbers import number
-from flexband.report.text.tables import Table
 from flexband.uncertainty.surrogates.axes import names_of_outputs
 
 

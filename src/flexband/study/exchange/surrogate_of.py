@@ -11,7 +11,7 @@ import xarray as xr
 from flexband.basics.checks import check_instance, check_integer
 from flexband.basics.words import value_text
 from flexband.errors import InputError
-from flexband.study.exchange.tables import Columns, columns_of, inputs_and_response
+from flexband.study.exchange.run_tables import Columns, columns_of, inputs_and_response
 from flexband.uncertainty.inputs.choices import Chosen
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.inputs import Interval

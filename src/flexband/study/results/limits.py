@@ -10,9 +10,9 @@ import xarray as xr
 
 from flexband.analysis.allocation.adjustment import compensators
 from flexband.analysis.limits.least_margin import MarginRecord
+from flexband.analysis.limits.limit_verdicts import LimitCheck
 from flexband.analysis.limits.margins import check_limits
 from flexband.analysis.limits.production import production_of
-from flexband.analysis.limits.verdicts import LimitCheck
 from flexband.analysis.probability.failure import RUNS, limit_probabilities
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.basics.files import try_write

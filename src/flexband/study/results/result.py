@@ -10,7 +10,11 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 
 from flexband.analysis.limits.least_margin import MarginRecord
-from flexband.analysis.limits.verdicts import LimitCheck, requirement_verdicts, uncertain_inputs
+from flexband.analysis.limits.limit_verdicts import (
+    LimitCheck,
+    requirement_verdicts,
+    uncertain_inputs,
+)
 from flexband.analysis.selection import AnySurrogate
 from flexband.basics.warning import warn
 from flexband.errors import InputError, StoreError
@@ -21,12 +25,12 @@ from flexband.study.folder import StudyFolder, checksum_of
 from flexband.study.nominal import around_nominal
 from flexband.study.presentation.display import Display
 from flexband.study.results.answers import OF_STUDY, Unusable, read_answers
-from flexband.study.results.files import stale_results
 from flexband.study.results.netcdf import read_netcdf
 from flexband.study.results.reliability import Doubt, DoubtKind
+from flexband.study.results.result_files import stale_results
 from flexband.uncertainty.surrogates.bands import BandRecord
-from flexband.uncertainty.surrogates.files import load_surrogate
-from flexband.uncertainty.surrogates.verdicts import (
+from flexband.uncertainty.surrogates.surrogate_file import load_surrogate
+from flexband.uncertainty.surrogates.verification_verdict import (
     Confirmation,
     VerificationRecord,
     inferred_share,

@@ -10,7 +10,7 @@ from flexband.study.start_vibrations import of_attributes as start_vibrations_of
 from flexband.uncertainty.adaptive.adaptation import StopReason
 from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.unconverged import of_attributes as unconverged_of
-from flexband.uncertainty.surrogates.verdicts import Confirmation, VerificationRecord
+from flexband.uncertainty.surrogates.verification_verdict import Confirmation, VerificationRecord
 
 
 class Shortfall(StrEnum):

@@ -14,17 +14,17 @@ from flexband.uncertainty.adaptive.choice import BestFits, release
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import BATCH, PartsFit, Split, compared_times
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
-from flexband.uncertainty.adaptive.interpolation import (
+from flexband.uncertainty.adaptive.nested_design import (
     MIN_RUNS,
     NestedDesign,
     fewest_fitted,
     first_design,
 )
 from flexband.uncertainty.adaptive.rare_values import RareValues
-from flexband.uncertainty.adaptive.refinement.correction import DiscretizationCorrection
+from flexband.uncertainty.adaptive.refinement.fit_correction import DiscretizationCorrection
 from flexband.uncertainty.adaptive.refinement.refinement import CoarseRuns, Refinement
 from flexband.uncertainty.adaptive.regression import SampledDesign
-from flexband.uncertainty.adaptive.runs import (
+from flexband.uncertainty.adaptive.response_runs import (
     MIN_HELD,
     RareRuns,
     ResponseRuns,

@@ -9,7 +9,7 @@ import numpy as np
 
 from flexband.uncertainty.adaptive.fits import PartsFit, Weights
 from flexband.uncertainty.adaptive.rare_values import RareValues
-from flexband.uncertainty.adaptive.runs import RareRuns, ResponseRuns
+from flexband.uncertainty.adaptive.response_runs import RareRuns, ResponseRuns
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.interpolation import Interpolation, in_place

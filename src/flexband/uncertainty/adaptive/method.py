@@ -10,16 +10,21 @@ from flexband.basics.warning import warn
 from flexband.basics.words import number_of
 from flexband.errors import InputError, ToleranceWarning
 from flexband.uncertainty.adaptive.adaptation import Adaptation, StopReason
-from flexband.uncertainty.adaptive.interpolation import fewest_fitted
-from flexband.uncertainty.adaptive.refinement.correction import ExtrapolationOptions
+from flexband.uncertainty.adaptive.adaptive_surrogate import (
+    advice,
+    orders_used,
+    surrogate_of,
+    what_helps,
+)
+from flexband.uncertainty.adaptive.nested_design import fewest_fitted
+from flexband.uncertainty.adaptive.refinement.fit_correction import ExtrapolationOptions
 from flexband.uncertainty.adaptive.resolution import solve_with_refinement
-from flexband.uncertainty.adaptive.results import advice, orders_used, surrogate_of, what_helps
-from flexband.uncertainty.adaptive.runs import MIN_HELD
+from flexband.uncertainty.adaptive.response_runs import MIN_HELD
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import Evaluate, ExpansionMethod
 from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-from flexband.uncertainty.surrogates.verdicts import in_percent
+from flexband.uncertainty.surrogates.verification_verdict import in_percent
 
 
 @frozen()

@@ -16,7 +16,7 @@ import numpy as np
 from flexband.basics.progress import listener
 from flexband.errors import AssemblyError, InputError, RunError
 from flexband.uncertainty.adaptive.adaptation import Adaptation
-from flexband.uncertainty.adaptive.refinement.correction import CorrectedPart
+from flexband.uncertainty.adaptive.refinement.fit_correction import CorrectedPart
 from flexband.uncertainty.methods.method import Evaluate
 from flexband.uncertainty.phases.carriers import CarrierOptions
 from flexband.uncertainty.surrogates.axes import names_of_outputs

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
-from flexband.uncertainty.adaptive.runs import ResponseRuns
+from flexband.uncertainty.adaptive.response_runs import ResponseRuns
 from flexband.uncertainty.expansions.expansion import SIGMAS
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion, tensor_points

@@ -11,11 +11,16 @@ from flexband.uncertainty.adaptive.choice import BestFits
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import PartsFit
 from flexband.uncertainty.adaptive.held_out import generic_points
-from flexband.uncertainty.adaptive.runs import MIN_HELD, RareRuns, ResponseRuns, evaluate_runs
+from flexband.uncertainty.adaptive.response_runs import (
+    MIN_HELD,
+    RareRuns,
+    ResponseRuns,
+    evaluate_runs,
+)
 from flexband.uncertainty.inputs.space import check_no_play
 from flexband.uncertainty.methods.method import HELD, Evaluate, quantities
 from flexband.uncertainty.phase_resolved.bands_error import TensorDesign, error_of_bands
-from flexband.uncertainty.phase_resolved.correction import corrected_choice
+from flexband.uncertainty.phase_resolved.design_correction import corrected_choice
 from flexband.uncertainty.phases.layout import PartColumns
 from flexband.uncertainty.surrogates.axes import units_of
 from flexband.uncertainty.surrogates.diagnostics import least_error

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexband.uncertainty.adaptive.runs import ResponseRuns
+from flexband.uncertainty.adaptive.response_runs import ResponseRuns
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.index_sets import first_terms

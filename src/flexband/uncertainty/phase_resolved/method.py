@@ -8,13 +8,13 @@ import numpy as np
 import xarray as xr
 
 from flexband.basics.arguments import frozen
+from flexband.uncertainty.adaptive.adaptive_surrogate import expectations
 from flexband.uncertainty.adaptive.choice import BestFits
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import PartsFit
 from flexband.uncertainty.adaptive.held_out import generic_points
 from flexband.uncertainty.adaptive.rare_values import RareValueOptions, RareValues
-from flexband.uncertainty.adaptive.results import expectations
-from flexband.uncertainty.adaptive.runs import RareRuns, ResponseRuns
+from flexband.uncertainty.adaptive.response_runs import RareRuns, ResponseRuns
 from flexband.uncertainty.inputs.space import Space, check_no_play
 from flexband.uncertainty.methods.method import HELD, Evaluate, quantities
 from flexband.uncertainty.methods.pcci import ImprovedPCCI, Order
@@ -23,7 +23,7 @@ from flexband.uncertainty.phase_resolved.bands_error import (
     error_of_bands,
     largest_error,
 )
-from flexband.uncertainty.phase_resolved.correction import corrected_choice, of_choice
+from flexband.uncertainty.phase_resolved.design_correction import corrected_choice, of_choice
 from flexband.uncertainty.phases.decomposition import decompose
 from flexband.uncertainty.surrogates.axes import series, units_of
 from flexband.uncertainty.surrogates.diagnostics import least_error, step

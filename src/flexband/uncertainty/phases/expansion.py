@@ -28,8 +28,8 @@ from flexband.uncertainty.phases.integration.second_rule import integration_erro
 from flexband.uncertainty.phases.layout import PartColumns
 from flexband.uncertainty.phases.moment_orders import MomentPolynomials, moment_orders
 from flexband.uncertainty.phases.moments import mean_and_std
-from flexband.uncertainty.phases.options import SEARCH
-from flexband.uncertainty.phases.search import search
+from flexband.uncertainty.phases.phase_bounds import search
+from flexband.uncertainty.phases.phase_options import SEARCH
 from flexband.uncertainty.phases.terms import PartTerms
 
 

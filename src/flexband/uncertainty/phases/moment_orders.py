@@ -18,7 +18,7 @@ import numpy as np
 
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.points.sequences import interval_sequence
-from flexband.uncertainty.phases.options import MOMENTS
+from flexband.uncertainty.phases.phase_options import MOMENTS
 from flexband.uncertainty.phases.terms import PartTerms
 
 

@@ -22,7 +22,7 @@ from flexband.uncertainty.phases.integration.rules import (
 from flexband.uncertainty.phases.integration.saddles import by_saddles
 from flexband.uncertainty.phases.layout import MomentColumns, PartColumns, turning_parts
 from flexband.uncertainty.phases.moments import Sections, by_points, without_turning
-from flexband.uncertainty.phases.options import MOMENTS
+from flexband.uncertainty.phases.phase_options import MOMENTS
 
 
 @dataclass(frozen=True)

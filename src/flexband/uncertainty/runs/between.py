@@ -14,7 +14,7 @@ from flexband.basics.warning import warn
 from flexband.basics.words import number_of
 from flexband.errors import InputError, RunError
 from flexband.uncertainty.inputs.sampling import points_at_ends
-from flexband.uncertainty.runs.runs import CountedRuns
+from flexband.uncertainty.runs.counted_runs import CountedRuns
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.bands import BandRecord
 

@@ -15,13 +15,13 @@ from flexband.uncertainty.inputs.unfolding import GivenInputs, cases
 from flexband.uncertainty.methods.method import (
     Method,
 )
+from flexband.uncertainty.runs.counted_runs import CountedRuns
 from flexband.uncertainty.runs.evaluations import (
     EvaluationOptions,
     evaluations,
 )
 from flexband.uncertainty.runs.fine_enough import start_fine_enough
 from flexband.uncertainty.runs.reuse import keep_domains, locate_domains
-from flexband.uncertainty.runs.runs import CountedRuns
 
 
 def counted_runs(

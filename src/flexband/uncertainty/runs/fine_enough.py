@@ -14,7 +14,7 @@ from flexband.basics.progress import listener
 from flexband.errors import InputError, RunError
 from flexband.uncertainty.inputs.sampling import points_at_ends
 from flexband.uncertainty.methods.method import quantities
-from flexband.uncertainty.runs.runs import CountedRuns, Level
+from flexband.uncertainty.runs.counted_runs import CountedRuns, Level
 from flexband.uncertainty.surrogates.axes import series
 from flexband.uncertainty.surrogates.diagnostics import Quantities, largest_of, rms
 

@@ -16,7 +16,7 @@ from flexband.execution.store import versions
 from flexband.remarks.collection import as_attribute
 from flexband.uncertainty.inputs.effects import never_read, probes, without_effect
 from flexband.uncertainty.inputs.unfolding import in_words
-from flexband.uncertainty.runs.runs import Call, CountedRuns, Purpose
+from flexband.uncertainty.runs.counted_runs import Call, CountedRuns, Purpose
 from flexband.uncertainty.surrogates.extrapolation import reached_range
 
 

@@ -17,7 +17,7 @@ from flexband.uncertainty.inputs.choices import Choice
 from flexband.uncertainty.inputs.unfolding import GivenInputs, choices_of, in_words
 from flexband.uncertainty.surrogates.bands import VARIABLES, BandRecord, with_names_and_units
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-from flexband.uncertainty.surrogates.verdicts import VerificationRecord
+from flexband.uncertainty.surrogates.verification_verdict import VerificationRecord
 
 PLACES = {"mean": "mean_at", "error_bar": "error_bar_at"}
 

@@ -24,7 +24,7 @@ from flexband.uncertainty.phases.expansion import PhaseExpansion
 from flexband.uncertainty.phases.integration.rules import Rule, axis_rule, resolving_rule
 from flexband.uncertainty.phases.moment_orders import MomentPolynomials, moment_orders
 from flexband.uncertainty.phases.moments import mean_and_std
-from flexband.uncertainty.phases.options import SEARCH
+from flexband.uncertainty.phases.phase_options import SEARCH
 from flexband.uncertainty.phases.terms import PartTerms, corners
 
 

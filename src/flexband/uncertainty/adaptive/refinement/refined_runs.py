@@ -11,7 +11,7 @@ from flexband.basics.progress import listener
 from flexband.basics.warning import warn
 from flexband.basics.words import number_of
 from flexband.errors import RunError
-from flexband.uncertainty.adaptive.runs import ResponseRuns, evaluate_runs
+from flexband.uncertainty.adaptive.response_runs import ResponseRuns, evaluate_runs
 from flexband.uncertainty.methods.method import Evaluate
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.refinement.changes import SECOND_ORDER, SmallExpansion
-from flexband.uncertainty.adaptive.refinement.correction import (
+from flexband.uncertainty.adaptive.refinement.fit_correction import (
     CorrectedPart,
     DiscretizationCorrection,
     ExtrapolationOptions,
@@ -20,7 +20,7 @@ from flexband.uncertainty.adaptive.refinement.refined_runs import (
     refined_together,
 )
 from flexband.uncertainty.adaptive.refinement.spectrum import ErrorSpectrum
-from flexband.uncertainty.adaptive.runs import ResponseRuns
+from flexband.uncertainty.adaptive.response_runs import ResponseRuns
 from flexband.uncertainty.methods.method import Evaluate
 from flexband.uncertainty.surrogates.axes import series
 from flexband.uncertainty.surrogates.diagnostics import running_rms

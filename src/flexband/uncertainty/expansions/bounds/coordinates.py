@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.compilation.functions import compiled
+from flexband.uncertainty.expansions.bounds.bound_options import OPTIONS
 from flexband.uncertainty.expansions.bounds.discs import RADIUS
-from flexband.uncertainty.expansions.bounds.options import OPTIONS
 from flexband.uncertainty.expansions.bounds.terms import (
     aim,
     chebyshev_powers,

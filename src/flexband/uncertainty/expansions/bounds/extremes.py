@@ -10,8 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from flexband.uncertainty.expansions.bounds.bound_options import OPTIONS
 from flexband.uncertainty.expansions.bounds.discs import in_discs
-from flexband.uncertainty.expansions.bounds.options import OPTIONS
 from flexband.uncertainty.expansions.bounds.scan import lines, scan
 from flexband.uncertainty.expansions.bounds.search import search
 from flexband.uncertainty.expansions.bounds.terms import ExpansionTerms

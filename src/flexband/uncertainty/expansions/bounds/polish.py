@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.compilation.functions import compiled
+from flexband.uncertainty.expansions.bounds.bound_options import OPTIONS
 from flexband.uncertainty.expansions.bounds.discs import RADIUS
-from flexband.uncertainty.expansions.bounds.options import OPTIONS
 from flexband.uncertainty.expansions.bounds.terms import chebyshev_powers, fill, largest, product
 
 

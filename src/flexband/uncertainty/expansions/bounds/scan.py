@@ -9,8 +9,8 @@ from functools import lru_cache
 import numpy as np
 import scipy
 
+from flexband.uncertainty.expansions.bounds.bound_options import OPTIONS
 from flexband.uncertainty.expansions.bounds.discs import RADIUS
-from flexband.uncertainty.expansions.bounds.options import OPTIONS
 from flexband.uncertainty.expansions.hybrid import tensor_index, tensor_points
 from flexband.uncertainty.expansions.points.sobol import scrambled_sobol
 from flexband.uncertainty.expansions.polynomials import chebyshev_values

@@ -12,8 +12,8 @@ import numpy as np
 
 from flexband.compilation.caching import cached_on_disk
 from flexband.compilation.functions import compiled
+from flexband.uncertainty.expansions.bounds.bound_options import OPTIONS, NextStep
 from flexband.uncertainty.expansions.bounds.coordinates import descend
-from flexband.uncertainty.expansions.bounds.options import OPTIONS, NextStep
 from flexband.uncertainty.expansions.bounds.polish import polish
 from flexband.uncertainty.expansions.bounds.terms import copy, fill
 

@@ -25,7 +25,7 @@ from flexband.compilation.functions import compiled
 from flexband.uncertainty.expansions.bounds.terms import multiply, sum_of
 from flexband.uncertainty.phases.integration.rules import PhaseChange, rule
 from flexband.uncertainty.phases.moments import fill, moment_arrays, section, squares
-from flexband.uncertainty.phases.options import MOMENTS
+from flexband.uncertainty.phases.phase_options import MOMENTS
 
 
 class Grid(NamedTuple):

@@ -15,7 +15,7 @@ from flexband.uncertainty.expansions.bounds.scan import lobatto
 from flexband.uncertainty.expansions.families import HERMITE, Family
 from flexband.uncertainty.expansions.hybrid import tensor_index, tensor_points, tensor_values
 from flexband.uncertainty.expansions.points.sobol import scrambled_sobol
-from flexband.uncertainty.phases.options import MOMENTS, SEARCH
+from flexband.uncertainty.phases.phase_options import MOMENTS, SEARCH
 
 Rule = tuple[np.ndarray, np.ndarray]
 """Points ξ, (points, n), and weights of an expectation."""

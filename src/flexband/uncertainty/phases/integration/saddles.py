@@ -23,7 +23,7 @@ from flexband.uncertainty.phases.moments import (
     squares,
     workspace,
 )
-from flexband.uncertainty.phases.options import MOMENTS
+from flexband.uncertainty.phases.phase_options import MOMENTS
 
 
 @cached_on_disk

@@ -17,7 +17,7 @@ from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.expansions.points.sobol import scrambled_sobol
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.phases.integration.rules import Rule, resolving_rule, sobol_normal
-from flexband.uncertainty.phases.options import SECOND_RULE
+from flexband.uncertainty.phases.phase_options import SECOND_RULE
 from flexband.uncertainty.phases.terms import PartTerms
 
 

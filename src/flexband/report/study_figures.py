@@ -16,7 +16,7 @@ from flexband.execution.names import FileName
 from flexband.report.page.given import field_axes
 from flexband.report.page.template import write_page
 from flexband.report.plot import figures
-from flexband.report.text import tables
+from flexband.report.text import band_tables
 from flexband.report.text.drawable import bounds, drawable_outputs
 from flexband.study.comparison import Comparison
 from flexband.study.study import Study
@@ -68,10 +68,10 @@ def write_comparison_report(
         draw = partial(figures.errors_figure, results, name)
         drawn.append((caption, draw))
     definitions = ". ".join(bounds(results[0].bands).values()) + "."
-    text = [*tables.comparison_remarks(fields), definitions]
+    text = [*band_tables.comparison_remarks(fields), definitions]
     about = f"{len(results)} methods, compared with {results[0].method.label}"
     file = folder / FileName.REPORT
-    return write_figures(file, title, about, tables.error_table(results), drawn, text)
+    return write_figures(file, title, about, band_tables.error_table(results), drawn, text)
 
 
 def data_file(folder: Path, result: Comparison) -> Path:
@@ -86,7 +86,7 @@ def write_figures(
     file: Path,
     title: str,
     about: str,
-    table: tables.Table,
+    table: band_tables.Table,
     drawings: Sequence[Drawing],
     remarks: Sequence[str] = (),
 ) -> Path:

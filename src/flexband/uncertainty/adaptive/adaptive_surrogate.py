@@ -13,12 +13,12 @@ from flexband.basics.words import number_of
 from flexband.uncertainty.adaptive.adaptation import Adaptation, StopReason
 from flexband.uncertainty.adaptive.choice import in_place_of_runs
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
-from flexband.uncertainty.adaptive.refinement.correction import (
+from flexband.uncertainty.adaptive.refinement.fit_correction import (
     CorrectedPart,
     DiscretizationCorrection,
     divide_by_correction,
 )
-from flexband.uncertainty.adaptive.runs import ResponseRuns
+from flexband.uncertainty.adaptive.response_runs import ResponseRuns
 from flexband.uncertainty.inputs.evaluation import coordinates, extremes_in_words
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import Evaluate
@@ -28,7 +28,7 @@ from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.unconverged import INTEGRATION, in_words, why_not_finer
-from flexband.uncertainty.surrogates.verdicts import in_percent
+from flexband.uncertainty.surrogates.verification_verdict import in_percent
 
 
 def surrogate_of(course: Adaptation) -> Surrogate:

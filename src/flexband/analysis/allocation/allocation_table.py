@@ -14,8 +14,16 @@ from flexband.analysis.allocation.confirmation import Confirmed
 from flexband.analysis.allocation.infeasible import limit_at, moment
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import SIGNS, WorstCaseBounds
+from flexband.analysis.labelled_answers import (
+    Variables,
+    answer,
+    doubts_of,
+    expected_error,
+    missed_tolerance,
+    places,
+)
 from flexband.analysis.peaks import TimeAxis, least_between
-from flexband.analysis.probability.correction import Correction
+from flexband.analysis.probability.probability_correction import Correction
 from flexband.analysis.probability.statements import (
     ANYTHING,
     RARE,
@@ -26,14 +34,6 @@ from flexband.analysis.probability.statements import (
     withheld,
 )
 from flexband.analysis.probability.texts import NOT_GIVEN
-from flexband.analysis.results import (
-    Variables,
-    answer,
-    doubts_of,
-    expected_error,
-    missed_tolerance,
-    places,
-)
 from flexband.basics.words import number_of
 from flexband.requirements.corridors import Corridor
 from flexband.uncertainty.surrogates.axes import axes_of

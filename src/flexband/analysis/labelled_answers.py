@@ -18,7 +18,11 @@ from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.bands import BOUNDS, AttributeRecord, BandRecord, remark
 from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-from flexband.uncertainty.surrogates.verdicts import Confirmation, VerificationRecord, in_percent
+from flexband.uncertainty.surrogates.verification_verdict import (
+    Confirmation,
+    VerificationRecord,
+    in_percent,
+)
 
 ERRORS = ("error_bar_expected_error",)
 """Diagnostics that tell the error of the error bar, the best first: what runs have judged.

@@ -12,11 +12,11 @@ import numpy as np
 import xarray as xr
 
 from flexband.basics.warning import warn
+from flexband.uncertainty.adaptive.adaptive_surrogate import corrected_surrogate, expectations
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
-from flexband.uncertainty.adaptive.refinement.correction import DiscretizationCorrection
+from flexband.uncertainty.adaptive.refinement.fit_correction import DiscretizationCorrection
 from flexband.uncertainty.adaptive.refinement.refinement import CoarseRuns, Refinement
-from flexband.uncertainty.adaptive.results import corrected_surrogate, expectations
-from flexband.uncertainty.adaptive.runs import ResponseRuns
+from flexband.uncertainty.adaptive.response_runs import ResponseRuns
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import Evaluate
 from flexband.uncertainty.phase_resolved.linear_design import LinearDesign

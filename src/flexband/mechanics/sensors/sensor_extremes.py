@@ -14,8 +14,8 @@ from flexband.basics.checks import check_instance, check_numbers
 from flexband.basics.words import with_article
 from flexband.errors import InputError
 from flexband.mechanics.joints.joint import PointName
-from flexband.mechanics.kernels.extremes import KINDS
 from flexband.mechanics.kernels.forms import Form
+from flexband.mechanics.kernels.running_extremes import KINDS
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
 
 

@@ -8,24 +8,25 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from flexband.cli.application import app
-from flexband.cli.files import File, Output, check_folder
+from flexband.cli.folders import File, Output, check_folder
 from flexband.cli.messages import print_remark, print_text, reported_errors
 from flexband.execution.names import FileName
 
 if TYPE_CHECKING:  # imported when a command is called
+    from flexband.analysis.labelled_answers import doubts_of
     from flexband.analysis.limits.least_margin import margins_in_words
-    from flexband.analysis.limits.verdicts import requirement_verdicts, uncertain_inputs
-    from flexband.analysis.results import doubts_of
+    from flexband.analysis.limits.limit_verdicts import requirement_verdicts, uncertain_inputs
     from flexband.analysis.selection import surrogates_of
     from flexband.basics.words import number_of
-    from flexband.cli.result import exit_status, print_verdicts
+    from flexband.cli.exit_status import exit_status
+    from flexband.cli.result import print_verdicts
     from flexband.report.text.numbers import percent
     from flexband.requirements.requirement import requirement_tuple
     from flexband.study.exchange.surrogate_of import surrogate_of
     from flexband.study.results.limits import check_limits_in
     from flexband.study.study import load_study
     from flexband.uncertainty.surrogates.bands import BandRecord
-    from flexband.uncertainty.surrogates.files import save_surrogate
+    from flexband.uncertainty.surrogates.surrogate_file import save_surrogate
 
 
 @app.command()

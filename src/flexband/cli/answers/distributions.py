@@ -16,12 +16,12 @@ from flexband.cli.messages import Table, UsageError, usage
 if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr
 
-    from flexband.analysis.results import AnswerRecord
+    from flexband.analysis.labelled_answers import AnswerRecord
     from flexband.basics.rounding import unit_of_variable
     from flexband.report.plot.figures import bounds_figure
+    from flexband.report.text.band_tables import outputs_of, select, unit_of
     from flexband.report.text.drawable import drawable_outputs
     from flexband.report.text.numbers import number
-    from flexband.report.text.tables import outputs_of, select, unit_of
     from flexband.study.presentation.display import Display
 
 

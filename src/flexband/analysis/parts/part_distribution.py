@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.labelled_answers import AnswerRecord
 from flexband.analysis.limits.production import with_yield
 from flexband.analysis.parts.estimates import first_order, needed_samples, quantiles_of, share_of
 from flexband.analysis.parts.numbers import Quantities, numbers_of
 from flexband.analysis.parts.points import Parts
 from flexband.analysis.peaks import TimeAxis, lowest_of_impacts
 from flexband.analysis.probability.failure import ANY
-from flexband.analysis.results import AnswerRecord
 from flexband.analysis.verification.expanded_runs import Runs
 from flexband.basics.checks import check_finite, check_fraction, check_integer
 from flexband.basics.words import value_text
@@ -74,9 +74,10 @@ def distribution(
     run: Runs,
     parts: Parts,
     requirements: Sequence[Requirement],
-    quantities: Quantities | None,
-    seed: int,
-    options: SamplingOptions,
+    quantities: Quantities | None = None,
+    *,
+    seed: int = 0,
+    options: SamplingOptions = SamplingOptions(),
     case: str = "",
     error: np.ndarray | float = 0.0,
     labels: xr.DataArray | None = None,

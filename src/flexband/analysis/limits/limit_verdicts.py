@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.labelled_answers import NOT_JUDGED
 from flexband.analysis.limits.least_margin import (
     LeastMargin,
     LimitVerdict,
     MarginRecord,
 )
 from flexband.analysis.probability.statements import ANYTHING
-from flexband.analysis.results import NOT_JUDGED
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.remarks.collection import CollectedRemark, remarks_of
 from flexband.requirements.criteria import Probability, ShareOfParts

@@ -13,18 +13,20 @@ from flexband.analysis.verification import RUNS
 from flexband.basics.progress import listener
 from flexband.basics.words import are
 from flexband.cli.application import app
-from flexband.cli.files import File, Folder, Output, check_folder
-from flexband.cli.messages import Ending, ExitStatus, print_text, reported_errors, usage
+from flexband.cli.command_options import POLICIES, Failed, Method, Sigmas, Trust
+from flexband.cli.exit_status import ExitStatus
+from flexband.cli.folders import File, Folder, Output, check_folder
+from flexband.cli.messages import Ending, print_text, reported_errors, usage
 from flexband.cli.methods import with_method_options
-from flexband.cli.options import POLICIES, Failed, Method, Sigmas, Trust
 from flexband.errors import RunsNeeded
 from flexband.execution.names import FileName
 from flexband.study.folder import StudyFolder
 from flexband.uncertainty.runs import BATCH
 
 if TYPE_CHECKING:  # imported when a command is called
+    from flexband.cli.exit_status import exit_status
     from flexband.cli.plan import Plan, plan_in
-    from flexband.cli.result import exit_status, print_result, write_report_of
+    from flexband.cli.result import print_result, write_report_of
     from flexband.report.progress import progress_bars
     from flexband.study.run import RunOptions, run_study
 

@@ -15,7 +15,11 @@ from flexband.execution.names import FileName
 from flexband.study.folder import StudyFolder
 from flexband.study.results.answers import mark_stale, stale_files
 from flexband.study.results.netcdf import write_netcdf
-from flexband.uncertainty.surrogates.files import load_surrogate, same_expansions, save_surrogate
+from flexband.uncertainty.surrogates.surrogate_file import (
+    load_surrogate,
+    same_expansions,
+    save_surrogate,
+)
 
 if TYPE_CHECKING:
     from flexband.analysis.selection import AnySurrogate

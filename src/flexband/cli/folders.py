@@ -16,7 +16,7 @@ from flexband.errors import InputError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from flexband.analysis.limits.verdicts import LimitCheck
+    from flexband.analysis.limits.limit_verdicts import LimitCheck
     from flexband.study.presentation.display import Display
 
 File = Annotated[Path, typer.Argument(help="Python file that defines `study`.", dir_okay=False)]
@@ -57,7 +57,7 @@ def draw_limits(check: LimitCheck, folder: Path, display: Display) -> None:
 
     A page that shows it shows the new one.
     """
-    from flexband.report.page.page_file import list_shown  # noqa: PLC0415
+    from flexband.report.page.page_record import list_shown  # noqa: PLC0415
     from flexband.report.plot.figures import limits_figure  # noqa: PLC0415
     from flexband.study.results.answers import answer_files  # noqa: PLC0415
 

@@ -18,7 +18,7 @@ from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.diagnostics import unseen_share
 from flexband.uncertainty.surrogates.sigmas import bars_vary, relative_errors, with_relative_errors
-from flexband.uncertainty.surrogates.verdicts import Confirmation, VerificationRecord
+from flexband.uncertainty.surrogates.verification_verdict import Confirmation, VerificationRecord
 
 Table = tuple[list[str], list[list[str]]]
 """A header and rows."""

@@ -19,7 +19,7 @@ from flexband.uncertainty.expansions.bounds.terms import (
     largest,
     multiply,
 )
-from flexband.uncertainty.phases.options import SEARCH
+from flexband.uncertainty.phases.phase_options import SEARCH
 
 
 @cached_on_disk

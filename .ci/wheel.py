@@ -114,7 +114,7 @@ def upgrade(python: Path, folder: Path) -> None:
     shutil.copytree(ROOT, source, ignore=unneeded)
     kernel = source / "src/flexband/uncertainty/expansions/bounds/search.py"
     text = kernel.read_text(encoding="utf-8")
-    changed = text.replace("least[n] = values[n]", "least[n] = 2.0 * values[n]")
+    changed = text.replace("minimum[n] = values[n]", "minimum[n] = 2.0 * values[n]")
     assert changed != text
     kernel.write_text(changed, encoding="utf-8")
     (folder / "other").mkdir()

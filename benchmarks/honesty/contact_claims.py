@@ -422,7 +422,7 @@ def rates(cases: Sequence[dict[str, Any]]) -> list[Rate]:
         if v["verdict"] != "UNDECIDED" and len(set(v["met"])) == 1
     ]
 
-    def of(
+    def rate_of(
         name: str, pairs: Iterable[Any], judge: Callable[[Outcome], bool], required: str
     ) -> Rate:
         return rate(name, [hit for pair in pairs for hit in agreement(pair, judge)], required)
@@ -438,27 +438,29 @@ def rates(cases: Sequence[dict[str, Any]]) -> list[Rate]:
 
     few = f"too small by {FACTOR:g}"
     return [
-        of(
+        rate_of(
             f"studies with claims {few}",
             [c["whole"] for c in successes if "whole" in c],
             too_small,
             "at most 1 %",
         ),
-        of(
+        rate_of(
             f"outputs with claims {few}",
             [o["whole"] for o in outputs],
             is_misleading,
             "at most 1 %",
         ),
-        of(f"confirmed outputs with claims {few}", trusted_outputs, is_misleading, "at most 1 %"),
-        of("confirmed outputs, false", trusted_outputs, is_untrue, "at most 1 %"),
+        rate_of(
+            f"confirmed outputs with claims {few}", trusted_outputs, is_misleading, "at most 1 %"
+        ),
+        rate_of("confirmed outputs, false", trusted_outputs, is_untrue, "at most 1 %"),
         rate(
             "counts alike in all runs, of which more parts differ than stated",
             [record["true"] > record["stated"] for case in successes for record in case["counts"]],
             "at most 5 %",
         ),
         rate("verdicts that are false", false_verdicts, "at most 1 %"),
-        of("bands before the horizon, right", before, holds, "90 %"),
+        rate_of("bands before the horizon, right", before, holds, "90 %"),
     ]
 
 

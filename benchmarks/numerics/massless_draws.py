@@ -80,7 +80,7 @@ def mechanism(draw: Draw) -> fb.Mechanism:
     joints = {}
     sensors: dict[str, Any] = {}
 
-    def of(place: Place) -> Any:
+    def point_name(place: Place) -> Any:
         if not isinstance(place[0], str):
             return place
         return place[0] if draw.parts[place[0]].inertia is None else f"{place[0]}.{place[1]}"
@@ -106,7 +106,7 @@ def mechanism(draw: Draw) -> fb.Mechanism:
         "motor": lambda a, _, rate: fb.PrescribedRotation(a, drive(draw, a.split(".")[0], rate)),
     }
     for name, (kind, first, second, *numbers) in draw.joints.items():
-        joints[name] = kinds[kind](of(first), of(second), *numbers)
+        joints[name] = kinds[kind](point_name(first), point_name(second), *numbers)
         if kind != "motor":
             sensors[f"force {name}"] = fb.Reaction(name)
     # Springs.
@@ -114,7 +114,9 @@ def mechanism(draw: Draw) -> fb.Mechanism:
         spring = fb.Spring if kind == "line" else fb.TorsionSpring
         stiffness, rest, damping = numbers
         of_rest = {"rest_length" if kind == "line" else "rest_angle": rest}
-        loads[f"spring {k}"] = spring(of(first), of(second), stiffness, damping=damping, **of_rest)
+        loads[f"spring {k}"] = spring(
+            point_name(first), point_name(second), stiffness, damping=damping, **of_rest
+        )
     return fb.Mechanism(bodies=bodies, joints=joints, loads=loads, sensors=sensors)
 
 

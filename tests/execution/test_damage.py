@@ -360,10 +360,10 @@ def test_a_record_of_which_a_part_was_written_is_cut(tmp_path, monkeypatch):
     journal = Journal(tmp_path)
     folder = tmp_path
 
-    def of(k):
+    def finished_run(k):
         return Finished(f"s{k}", np.full((2, 1), k), np.full((2, 3), k), "", 0.1, 1e9)
 
-    journal.append(0, of(0.0), sync=False)
+    journal.append(0, finished_run(0.0), sync=False)
     stream = journal._file
 
     class Full:
@@ -383,8 +383,8 @@ def test_a_record_of_which_a_part_was_written_is_cut(tmp_path, monkeypatch):
 
     monkeypatch.setattr(journal, "_file", Full())
     with pytest.raises(OSError, match="No space left"):
-        journal.append(2, of(1.0), sync=False)
+        journal.append(2, finished_run(1.0), sync=False)
     monkeypatch.setattr(journal, "_file", stream)
-    journal.append(2, of(2.0), sync=False)
+    journal.append(2, finished_run(2.0), sync=False)
     assert [record.setting for record in Journal(folder).read(0)] == ["s0.0", "s2.0"]
     journal.rotate()

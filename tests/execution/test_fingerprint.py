@@ -123,11 +123,11 @@ def test_functions_inside_of_objects_count():
         A = 1
         B = 2
 
-    def of(kind):
+    def response_of(kind):
         return lambda x: x if kind is Kind.A else -x
 
-    assert fingerprint(of(Kind.A)) != fingerprint(of(Kind.B))
-    assert fingerprint(of(2.0)) != fingerprint(of(2.5))
+    assert fingerprint(response_of(Kind.A)) != fingerprint(response_of(Kind.B))
+    assert fingerprint(response_of(2.0)) != fingerprint(response_of(2.5))
 
 
 def test_a_store_is_refused_to_another_response(write_study, tmp_path):

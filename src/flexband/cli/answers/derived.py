@@ -9,14 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import flexband as fb
-from flexband.cli.answers.frame import (
-    CommandOutput,
-    Samples,
-    SavedResult,
-    Seed,
-    Sigmas,
-    answer_command,
-)
+from flexband.cli.answers.frame import CommandOutput, Samples, Seed, Sigmas, answer_command
+from flexband.cli.answers.saved_result import SavedResult
 from flexband.cli.messages import UsageError, usage
 
 if TYPE_CHECKING:  # imported when a command is called

@@ -10,7 +10,8 @@ import typer
 
 import flexband as fb
 from flexband.basics.words import number_of
-from flexband.cli.answers.frame import CommandOutput, SavedResult, answer_command
+from flexband.cli.answers.frame import CommandOutput, answer_command
+from flexband.cli.answers.saved_result import SavedResult
 from flexband.cli.messages import Table, UsageError, usage
 
 if TYPE_CHECKING:  # imported when a command is called

@@ -10,7 +10,8 @@ import typer
 import flexband as fb
 from flexband.analysis.probability import COARSEST, FINEST
 from flexband.basics.checks import check_integer
-from flexband.cli.answers.frame import CommandOutput, SavedResult, SomeSigmas, answer_command
+from flexband.cli.answers.frame import CommandOutput, SomeSigmas, answer_command
+from flexband.cli.answers.saved_result import SavedResult
 from flexband.cli.command_options import Trust
 from flexband.cli.folders import check_folder, draw_limits
 from flexband.cli.messages import UsageError, usage

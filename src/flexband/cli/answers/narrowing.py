@@ -11,7 +11,8 @@ import typer
 
 import flexband as fb
 from flexband.basics.words import with_article
-from flexband.cli.answers.frame import CommandOutput, SavedResult, Sigmas, answer_command
+from flexband.cli.answers.frame import CommandOutput, Sigmas, answer_command
+from flexband.cli.answers.saved_result import SavedResult
 from flexband.cli.command_options import Trust
 from flexband.cli.messages import Table, UsageError, print_text, usage
 from flexband.errors import InputError

@@ -7,13 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import flexband as fb
-from flexband.cli.answers.frame import (
-    CommandOutput,
-    SavedResult,
-    SomeSigmas,
-    answer_command,
-    one_of,
-)
+from flexband.cli.answers.frame import CommandOutput, SomeSigmas, answer_command, one_of
+from flexband.cli.answers.saved_result import SavedResult
 from flexband.cli.messages import usage
 
 if TYPE_CHECKING:  # imported when a command is called

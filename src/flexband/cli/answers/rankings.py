@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import flexband as fb
-from flexband.cli.answers.frame import CommandOutput, SavedResult, Sigmas, answer_command
+from flexband.cli.answers.frame import CommandOutput, Sigmas, answer_command
+from flexband.cli.answers.saved_result import SavedResult
 from flexband.cli.messages import Table, usage
 
 if TYPE_CHECKING:  # imported when a command is called

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +11,9 @@ import xarray as xr
 
 import flexband as fb
 from flexband.basics.response import Description, Response
+from flexband.uncertainty.runs.cases import counted_runs
+from flexband.uncertainty.runs.counted_runs import Purpose
+from flexband.uncertainty.runs.evaluations import EvaluationOptions
 
 INPUTS = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 0.1)}
 METHODS = [
@@ -108,3 +112,19 @@ def test_a_tolerance_of_steps_that_is_left_out_is_small_enough():
         np.abs(by_default["error_bar"] - exact["error_bar"]).sel(output="x_X").mean("time").max()
     )
     assert float(error) < 1e-3 * width
+
+
+@pytest.mark.parametrize("purpose", [Purpose.DESIGN, Purpose.PROBE])
+def test_every_run_is_recorded_under_its_discretization(purpose, tmp_path):
+    options = EvaluationOptions(store=tmp_path)
+    with closing(counted_runs(Rising(0.1), INPUTS, fb.PCCI(2, 3), options)) as runs_of_cases:
+        runs = next(runs_of_cases)
+        assert runs.start.refined_parts
+        runs.start(np.zeros((2, 1)), np.array([[0.2], [0.6]]))
+        runs.start(np.array([[1.0]]), np.array([[0.4]]), purpose)
+    recorded = fb.execution.open_runs(tmp_path)
+    a, b = recorded["inputs"].values.T
+    levels = np.char.count(recorded["setting"].values.astype(str), "finer step")
+    assert len(levels) == 3
+    error = recorded["outputs"].values[:, 0, 0] - a - b
+    np.testing.assert_allclose(error, 0.1 / 3.0**levels * np.sin(7.0 * a), atol=1e-12)

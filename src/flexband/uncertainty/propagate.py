@@ -16,7 +16,7 @@ from flexband.uncertainty.inputs.unfolding import GivenInputs
 from flexband.uncertainty.methods.method import MAX_RUNS, ExpansionMethod, Method, as_method
 from flexband.uncertainty.runs import BATCH
 from flexband.uncertainty.runs.between import between_times
-from flexband.uncertainty.runs.cases import counted_runs
+from flexband.uncertainty.runs.cases import runs_of_cases
 from flexband.uncertainty.runs.counted_runs import CountedRuns
 from flexband.uncertainty.runs.evaluations import EvaluationOptions, OutputCheck
 from flexband.uncertainty.runs.summary import attributes, warn_of_idle_inputs
@@ -114,8 +114,8 @@ def propagate(
     options = EvaluationOptions(batch, store, executor, failed, most_runs, check, progress)
 
     results: dict[str, xr.Dataset] = {}
-    with closing(counted_runs(response, inputs, method, options)) as runs_of_cases:
-        for runs in runs_of_cases:
+    with closing(runs_of_cases(response, inputs, method, options)) as all_runs:
+        for runs in all_runs:
             bands = method.solve(runs.space, runs.start, sigmas)
             results[runs.case] = with_names_and_units(_with_run_counts(runs, bands))
     return results[""] if len(results) == 1 else over_choices(inputs, results)
@@ -154,8 +154,8 @@ def expand(
     options = EvaluationOptions(batch, store, executor, failed, most_runs, check, progress)
 
     surrogates: dict[str, Surrogate] = {}
-    with closing(counted_runs(response, inputs, method, options)) as runs_of_cases:
-        for runs in runs_of_cases:
+    with closing(runs_of_cases(response, inputs, method, options)) as all_runs:
+        for runs in all_runs:
             surrogate = method.expand(runs.space, runs.start)
             diagnostics = _with_run_counts(runs, surrogate.diagnostics)
             surrogates[runs.case] = replace(surrogate, diagnostics=diagnostics)

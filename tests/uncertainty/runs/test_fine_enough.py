@@ -11,7 +11,7 @@ import xarray as xr
 
 import flexband as fb
 from flexband.basics.response import Description, Response
-from flexband.uncertainty.runs.cases import counted_runs
+from flexband.uncertainty.runs.cases import runs_of_cases
 from flexband.uncertainty.runs.counted_runs import Purpose
 from flexband.uncertainty.runs.evaluations import EvaluationOptions
 
@@ -117,8 +117,8 @@ def test_a_tolerance_of_steps_that_is_left_out_is_small_enough():
 @pytest.mark.parametrize("purpose", [Purpose.DESIGN, Purpose.PROBE])
 def test_every_run_is_recorded_under_its_discretization(purpose, tmp_path):
     options = EvaluationOptions(store=tmp_path)
-    with closing(counted_runs(Rising(0.1), INPUTS, fb.PCCI(2, 3), options)) as runs_of_cases:
-        runs = next(runs_of_cases)
+    with closing(runs_of_cases(Rising(0.1), INPUTS, fb.PCCI(2, 3), options)) as all_runs:
+        runs = next(all_runs)
         assert runs.start.refined_parts
         runs.start(np.zeros((2, 1)), np.array([[0.2], [0.6]]))
         runs.start(np.array([[1.0]]), np.array([[0.4]]), purpose)

@@ -24,7 +24,7 @@ from flexband.uncertainty.runs.fine_enough import start_fine_enough
 from flexband.uncertainty.runs.reuse import keep_domains, locate_domains
 
 
-def counted_runs(
+def runs_of_cases(
     function: ResponseFunction, inputs: GivenInputs, method: Method, options: EvaluationOptions
 ) -> Generator[CountedRuns, None, None]:
     """Yield the runs of every combination of options; those of one are made before the next.
@@ -57,11 +57,17 @@ def counted_runs(
             keep_domains(function, new_inputs, evaluate.record)
         for label, case_inputs in all_inputs.items():
             runs = CountedRuns(
-                response, case_inputs, method, evaluate, options, len(all_inputs), advance
+                response,
+                case_inputs,
+                method,
+                evaluate,
+                options,
+                len(all_inputs),
+                advance,
+                case=label,
+                labels=labels,
+                exploration_runs=exploration_runs,
             )
-            runs.labels = labels
-            runs.case = label
-            runs.exploration_runs = exploration_runs
             runs.check_left_out()
             if runs.base_level.description.by_default:
                 start_fine_enough(runs)

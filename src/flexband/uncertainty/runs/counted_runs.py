@@ -69,16 +69,22 @@ class CountedRuns:
         options: EvaluationOptions,
         count: int,
         progress: Progress,
+        *,
+        case: str = "",
+        labels: xr.DataArray | None = None,
+        exploration_runs: int = 0,
     ) -> None:
-        """Check the arguments of `propagate`, and find the domains of fields.
+        """Check the arguments of `propagate`.
 
-        `count` is the number of combinations of options, each with runs of its own.
+        `count` is the number of combinations of options, each with runs of its own, `case` the
+        label of this one. `labels` are earlier runs, whose dims and coordinates its runs must have;
+        `exploration_runs` were made to find the domains of fields.
         """
         check_integer("most_runs", options.most_runs, 1)
         self.space = space = Space(inputs)
         self.done = 0
         self.total = method.runs(space)
-        self.labels = None
+        self.labels = labels
         check_runs(method, space, options.most_runs, count)
         self.most_runs = options.most_runs
         self.count = count
@@ -88,8 +94,8 @@ class CountedRuns:
         self.method = method
         self.evaluations = evaluations
         self.progress = progress
-        self.case = ""
-        self.exploration_runs = 0
+        self.case = case
+        self.exploration_runs = exploration_runs
         self.check = options.check
         self.stored: np.ndarray | None = None
         self.reused = 0

@@ -80,8 +80,8 @@ def test_what_the_readme_says_leads_to_a_page_to_sign(tmp_path, monkeypatch):
         result = CliRunner().invoke(app, words)
         assert (program, result.exit_code) == ("flexband", 0), result.output
         output += " ".join(result.output.split())
-    assert "PASS reach (nominal ± 21 mm): kept with a margin of 1." in output
-    assert "PASS hinge load (below 0.24 N): kept with a margin of" in output
+    assert "PASS reach (nominal ± 21 mm): met with a margin of 1." in output
+    assert "PASS hinge load (below 0.24 N): met with a margin of" in output
     assert "of the parts meet all requirements" in output
     assert Path("output/report.pdf").read_bytes().startswith(b"%PDF")
 

@@ -89,7 +89,7 @@ def call(*arguments):
 def test_a_study_is_shown_in_display_units_and_kept_in_the_others(study_output):
     """wiper is 10° to 30° after 1 s, F is 4 kN ± 0.2 kN."""
     folder, text = study_output
-    assert "wiper below 32°: kept with a margin of 2° at 1 s" in text
+    assert "wiper below 32°: met with a margin of 2° at 1 s" in text
     assert re.search(r"wiper \[deg\] . 0 … 30 . 0 … 30 . 20 ", text)
     assert re.search(r"F \[kN\] . 2 … 4 . 1.9 … 4.2 . 0.4 ", text)
     bands = fb.load_surrogate(folder / "surrogate.npz").bands()

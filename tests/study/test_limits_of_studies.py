@@ -32,12 +32,12 @@ def run(folder, status=0, **parts):
 def test_a_study_tells_whether_its_limits_are_kept(tmp_path):
     # the highest μ + 3σ is 2.3
     output = run(tmp_path, limits="fb.Limit(below=2.5)")
-    assert output.index("PASS response below 2.5: kept with a margin of 0.2 (") < output.index(
+    assert output.index("PASS response below 2.5: met with a margin of 0.2 (") < output.index(
         "Report:"
     )
     assert "(worst tolerances, 3σ)" in output
     second = run(tmp_path, 5, limits="[fb.Limit(below=2.2)]")  # another study, with the same runs
-    assert "FAIL response below 2.2: exceeded by 0.1 (" in second
+    assert "FAIL response below 2.2: violated by 0.1 (" in second
     assert "mostly due to" in second
     with xr.open_dataset(tmp_path / "out" / "probability.nc") as dataset:
         (probability,) = dataset["probability"].sel(bound="upper").values
@@ -86,7 +86,7 @@ def test_what_new_runs_find_to_be_wrong_is_doubted(tmp_path):
     """Without orders the surrogate is a constant, whose error bar has no width."""
     output = run(tmp_path, 3, limits="fb.Limit(below=2.5)", method="PCCI(0, 0)")
     assert "verification runs find an error of more than 1000 % of the band's width" in output
-    assert "UNDECIDED response below 2.5: probably kept with a margin of 1" in output
+    assert "UNDECIDED response below 2.5: probably met with a margin of 1" in output
     assert "Estimated accuracy: ± more than 1000 % of the band's width" in output
     assert "No probability: the method does not trust its result" in output
     assert re.search(

@@ -53,7 +53,7 @@ def test_a_strain_is_kept_with_its_run_and_undecides_a_verdict(tmp_path, executo
     output = [run("run", file, "-o", out, *executor, status=3)]
     output.append(run("run", file, "-o", out, *executor, status=3))
     output.append(run("resume", out, "--trust", status=3))
-    assert all("UNDECIDED reach (below 2): probably kept with a margin" in text for text in output)
+    assert all("UNDECIDED reach (below 2): probably met with a margin" in text for text in output)
     assert all(line in text and "runs, the worst with force = 1" in text for text in output)
     assert "has this result already" in output[2]
     assert line in run("report", out, status=0)

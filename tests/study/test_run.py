@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 import flexband as fb
 from flexband.cli import app
-from flexband.report.study_report import answer_of
+from flexband.report.study_report import headline_of
 from flexband.report.text import band_tables
 from flexband.study.results.reliability import Doubt, DoubtKind
 from flexband.study.results.result import doubts_about
@@ -107,7 +107,7 @@ def test_results_of_other_methods_and_of_choices_are_read(method, tmp_path):
     xr.testing.assert_equal(second.bands, first.bands)
     assert second.limits_unchecked == first.limits_unchecked
     assert (second.limits is None) == (first.limits is None) == (first.surrogate is None)
-    assert answer_of(study, second) == answer_of(study, first)
+    assert headline_of(study, second) == headline_of(study, first)
 
 
 @pytest.mark.parametrize("carriers", [0, 1, 2])
@@ -130,7 +130,7 @@ def test_what_is_said_of_a_result_that_is_read_is_the_same(carriers, tmp_path):
         assert text_of(second.bands, second.verification) == text_of(
             first.bands, first.verification
         )
-    assert answer_of(study, second) == answer_of(study, first)
+    assert headline_of(study, second) == headline_of(study, first)
 
 
 def test_the_command_line_shows_the_result_of_a_program(file, tmp_path):
@@ -141,7 +141,7 @@ def test_the_command_line_shows_the_result_of_a_program(file, tmp_path):
     text = " ".join(invocation.output.split())
     assert "no run was made" in text
     assert f"AdaptivePCCI, {result.runs} runs" in text or f"{result.runs} runs" in text
-    assert "PASS response below 4: kept with a margin of" in text
+    assert "PASS response below 4: met with a margin of" in text
     assert (folder / "report.html").is_file()
     refusal = CliRunner().invoke(app, ["resume", str(folder)])
     assert "a Python program runs the study" in " ".join(refusal.output.split())

@@ -6,7 +6,7 @@ import xarray as xr
 
 import flexband as fb
 from flexband.report.page.charts import chart_data
-from flexband.report.study_report import answer_of, remarks
+from flexband.report.study_report import headline_of, remarks
 from flexband.report.text.band_tables import before_horizon, predictable_part
 from flexband.report.text.parts import (
     horizon_line,
@@ -72,7 +72,7 @@ def test_the_parts_are_sampled_where_small_changes_grow_after_impacts(tmp_path):
     assert line.startswith("Impacts make the motion of a single part unpredictable: y after 2.")
     assert "292 sampled parts tell how peaks" in line
     assert sampling_line(parts) == "292 sampled parts with x: Uniform(lower=0.0, upper=3.0)"
-    assert answer_of(study, result)[0] == line
+    assert headline_of(study, result)[0] == line
     assert not remarks(study, result)
     assert predictable_part(result.bands, parts) is None
     mean = before_horizon(result.bands, "time", parts)["mean"].dropna("time")
@@ -120,7 +120,7 @@ def test_shares_that_the_bands_withhold_are_counted_in_the_samples(tmp_path):
     assert result.parts["predictable"].all()
     assert not result.unpredictable
     assert remarks(study, result)
-    assert not any("unpredictable" in line for line in answer_of(study, result))
+    assert not any("unpredictable" in line for line in headline_of(study, result))
     first, *_ = result.verdicts
     assert first.share[1] < 0.5 < first.share[2]
 

@@ -177,7 +177,7 @@ def test_every_criterion_is_judged_from_the_file_to_the_page(tmp_path):
     assert call.exit_code == 5, call.output
     text = " ".join(call.output.split())
     for line in (
-        r"FAIL near \(nominal ± 1500 mm\): exceeded by 530 mm at",
+        r"FAIL near \(nominal ± 1500 mm\): violated by 530 mm at",
         r"FAIL rare \(below 5.015\): probability 0.06[67] \(95 % confidence: 0.06",
         r"PASS most \(nominal ± 1\): 2[4-6] % of the parts fail \(95 % confidence: 2",
         r"FAIL many \(nominal ± 2\): 2[4-6] % of the parts fail \(95 % confidence: 2",

@@ -46,6 +46,10 @@ AllowMismatch = Annotated[
     bool, typer.Option("--allow-mismatch", help="Use runs of another response.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+Verbose = Annotated[
+    bool,
+    typer.Option("--verbose", help="Print how the result was computed and all remarks as well."),
+]
 
 
 @app.command()
@@ -73,6 +77,7 @@ def run(
     replace: Annotated[
         bool, typer.Option("--replace", help="Delete recorded runs before.")
     ] = False,
+    verbose: Verbose = False,
     as_json: Json = False,
     **values: Any,
 ) -> None:
@@ -90,7 +95,7 @@ def run(
             path, method, method_options, sigmas, verify, failed, batch, executor, time_limit
         )
     options = plan.options(record=store, allow_mismatch=allow_mismatch, replace=replace)
-    run_plan(plan, output, options, as_json=as_json)
+    run_plan(plan, output, options, as_json=as_json, verbose=verbose)
 
 
 @app.command()
@@ -107,16 +112,24 @@ def resume(
     ] = None,
     trust: Trust = False,
     allow_mismatch: AllowMismatch = False,
+    verbose: Verbose = False,
     as_json: Json = False,
 ) -> None:
     """Go on with the study in FOLDER that was stopped or killed, or that failed."""
     changes = {"executor": executor, "time_limit": time_limit, "failed": failed}
     plan = plan_in(folder, trust=trust, **changes)
     options = plan.options(allow_mismatch=allow_mismatch, retry_failed=retry_failed)
-    run_plan(plan, folder, options, as_json=as_json)
+    run_plan(plan, folder, options, as_json=as_json, verbose=verbose)
 
 
-def run_plan(plan: Plan, output: Path, options: RunOptions, *, as_json: bool = False) -> None:
+def run_plan(
+    plan: Plan,
+    output: Path,
+    options: RunOptions,
+    *,
+    as_json: bool = False,
+    verbose: bool = False,
+) -> None:
     """Run a study into a folder, as the options say; write its report, and print its result."""
     study = plan.study()
     check_folder(output)
@@ -139,7 +152,7 @@ def run_plan(plan: Plan, output: Path, options: RunOptions, *, as_json: bool = F
             goes_on = f"`flexband resume {shlex.quote(str(output))}` goes on"
             Ending.stopped = f"flexband: stopped; {goes_on}"
         raise
-    print_result(plan, study, result, reported, as_json=as_json)
+    print_result(plan, study, result, reported, as_json=as_json, verbose=verbose)
     if result.reused:
         print_text(f"{output} has this result already: no run was made.", error=True)
     if status := exit_status(result.verdicts, result.doubts):

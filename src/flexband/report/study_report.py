@@ -12,8 +12,10 @@ from flexband.report.page.inputs import inputs_table
 from flexband.report.page.page_record import list_shown, write_given
 from flexband.report.page.paths import widest_path
 from flexband.report.page.study import write_report
-from flexband.report.page.verdict import head_of, uncertain_ones, verdict
+from flexband.report.page.verdict import head_of, uncertain_ones
 from flexband.report.text import band_tables
+from flexband.report.text.advice import advice_on
+from flexband.report.text.headline import headline
 from flexband.study.folder import StudyFolder
 from flexband.study.presentation.title_block import title_block
 from flexband.study.results.answers import answer_file, read_answer
@@ -64,12 +66,25 @@ def reported_as(study: Study, page_record: JsonRecord, file: Path | None) -> boo
     return now == tuple(page_record.get(k, {}) for k in ("units", "display_units", "title_block"))
 
 
-def answer_of(study: Study, result: StudyResult) -> list[str]:
-    """Return what the first lines of a report say."""
+def headline_of(study: Study, result: StudyResult) -> list[str]:
+    """Return what the first lines of a report say below the verdicts."""
     inputs = inputs_table(_inputs(study, result), study.display)
-    check = result.limits
-    shares = uncertain_ones(result.contributions, inputs)
-    return verdict(head_of(result), result.bands, result.verification, shares, check)
+    return headline(
+        result.doubts,
+        result.verdicts_in(study.display),
+        result.bands,
+        result.verification,
+        uncertain_ones(result.contributions, inputs),
+        result.limits,
+        unpredictable=head_of(result)["unpredictable"],
+    )
+
+
+def advice_of(study: Study, result: StudyResult) -> list[str]:
+    """Return which runs failed, why an accuracy is missed, and what to do, as sentences."""
+    bands = study.display.data(result.bands)
+    failed = band_tables.failures(bands)
+    return failed if result.unpredictable else [*failed, *advice_on(bands, result.verification)]
 
 
 def remarks(study: Study, result: StudyResult) -> list[str]:

@@ -15,23 +15,23 @@ NOT_GIVEN = "not given"
 
 
 def in_words(result: xr.Dataset) -> str:
-    """Return the probability of leaving one limit as a sentence."""
+    """Return the probability of violating one requirement as a sentence."""
+    text = f"{result['limit'].values}: violated with {chance(result, places=True)}"
     if np.isnan(result["between_times"]).any():
-        return f"{result['limit'].values}: the probability of leaving it is {chance(result)}"
+        return text
     tighter, alone = (float(result[k][1]) for k in ("limit_tighter", "surrogate_probability"))
     low, high = (float(result[k][1]) for k in BETWEEN[1:])
-    text = f"{result['limit'].values}: left with probability {chance(result, places=True)}"
     if "runs" in result:
         text += f", corrected with {number_of(int(result['runs'][1]), 'run')} of the model"
         text += " each" if _differs(result) else ""
     elif alone and not result["probability"][1] and (low, high) != ANYTHING:
         text += (
-            f"; the surrogate alone finds {alone:.2g}, too rare to be trusted without runs of the "
-            f"model (response=…, --runs 64)"
+            f"; the surrogate alone finds {_percent(alone, 2)}, too rare to be trusted without "
+            "runs of the model (response=…, --runs 64)"
         )
     elif tighter > 0 and (low, high) != ANYTHING:
         clear_increase = _clearly_more(tighter, float(result["between_times"][1]))
-        increase = f"up to {tighter:.2g}" if clear_increase else "hardly more"
+        increase = f"up to {_percent(tighter, 2)}" if clear_increase else "hardly more"
         text += f"; {increase} with what the surrogate may miss"
     return text
 
@@ -45,31 +45,36 @@ def verdict_on(result: xr.Dataset) -> str:
 
 
 def chance(result: xr.Dataset, *, places: bool = False) -> str:
-    """Return the bounds of the probability of leaving a limit, with their confidence, as text.
+    """Return the bounds of the probability of a violation, with their confidence: "P ≤ 0.02 %".
 
     With `places`, it has the values of the interval inputs at the bounds.
     """
     values, low, high = (result[k].values for k in BETWEEN)
     if np.isnan(values).any():
         return (
-            f"{NOT_GIVEN}, since the surrogate missed its tolerance; runs of the model correct it"
+            f"P {NOT_GIVEN}, since the surrogate missed its tolerance; runs of the model correct it"
         )
-    where = [_place(result.isel(bound=k)) if places else "" for k in range(2)]
+    where = [_place(result.isel(bound=k)) if places else "" for k in range(len(values))]
     if (low[-1], high[-1]) == ANYTHING:
-        lower, upper = (f"{v:.3g}{place}" for v, place in zip(values, where, strict=True))
-        bounds = f"from {lower} to {upper}" if _differs(result) and lower != upper else upper
-        return f"{bounds} by the surrogate alone"
+        ends = [f"{_percent(v)}{place}" for v, place in zip(values, where, strict=True)]
+        differ = _differs(result) and ends[0] != ends[-1]
+        return f"P {' to '.join(ends) if differ else ends[-1]} by the surrogate alone"
     sure = [
-        f" (95 % confidence: {a:.3g} to {b:.3g})" if f"{a:.3g}" != f"{b:.3g}" else ""
+        f" (95 % confidence: {_percent(a)} to {_percent(b)})" if _percent(a) != _percent(b) else ""
         for a, b in zip(low, high, strict=True)
     ]
-    text = _bounds(result, values, high, where, sure)
+    text = f"P {_bounds(result, values, high, where, sure)}"
     at_times = result["probability"].values
     if _clearly_more(values, at_times).any():
-        none = ["", ""]
+        none = [""] * len(values)
         bounds_text = _bounds(result, at_times, result["confidence_high"].values, none, none)
-        text += f"; at the output times alone, {bounds_text}"
+        text += f"; at the output times alone, P {bounds_text}"
     return text
+
+
+def worst_chance(result: xr.Dataset) -> str:
+    """Return the largest probability over all values of the interval inputs, as `chance` does."""
+    return chance(result.isel(bound=[-1]))
 
 
 def _clearly_more(value: np.ndarray | float, other: np.ndarray | float) -> np.ndarray:
@@ -78,15 +83,22 @@ def _clearly_more(value: np.ndarray | float, other: np.ndarray | float) -> np.nd
 
 
 def _bounds(result: xr.Dataset, values: np.ndarray, high: np.ndarray, *details: list[str]) -> str:
-    """Return both bounds as text, one of them if they are the same.
+    """Return both bounds as text, the largest alone if they are the same, or none is stated.
 
     `details` tell where each bound is, and its confidence interval if it is not zero.
     """
-    rows = zip(values, high, *details, strict=True)
+    if not values[-1]:
+        return f"≤ {_percent(high[-1], 2)}{details[0][-1]}"
     lower, upper = (
-        f"{v:.3g}{where}{sure}" if v else f"below {h:.2g}{where}" for v, h, where, sure in rows
+        f"{_percent(values[k])}{''.join(texts[k] for texts in details)}" for k in (0, -1)
     )
-    return f"from {lower} to {upper}" if _differs(result) and lower != upper else upper
+    if not _differs(result) or lower == upper:
+        return f"= {upper}"
+    return f"= {lower} to {upper}" if values[0] else f"≤ {upper}"
+
+
+def _percent(part: float, digits: int = 3) -> str:
+    return f"{100 * part:.{digits}g} %"
 
 
 def _differs(result: xr.Dataset) -> bool:
@@ -99,8 +111,9 @@ def bound_text(result: xr.Dataset) -> str:
     if np.isnan(value):
         return NOT_GIVEN
     if (low, high) == ANYTHING:
-        return f"{value:.3g} by the surrogate alone"
-    return f"{value:.3g} ({low:.3g} to {high:.3g})" if value else f"below {high:.2g}"
+        return f"{_percent(value)} by the surrogate alone"
+    interval = f" ({_percent(low)} to {_percent(high)})"
+    return f"{_percent(value)}{interval}" if value else f"≤ {_percent(high, 2)}"
 
 
 def _place(result: xr.Dataset) -> str:
@@ -175,4 +188,5 @@ def _share(part: float) -> str:
     if missing <= 0:
         return "100 %"
     digits = min(max(0, 1 - int(np.floor(np.log10(missing)))), 4)
-    return f"{min(100 * part, max_percent):.{digits}f} %"
+    text = f"{min(100 * part, max_percent):.{digits}f}"
+    return f"{text.rstrip('0').rstrip('.') if '.' in text else text} %"

@@ -80,7 +80,7 @@ class CommandOutput:
             written_files = files if self.data is not None else {}
             print_json({**(verdicts if self.verdicts else {}), **self.content, **written_files})
             return
-        print_verdicts(self.verdicts, ())
+        print_verdicts(self.verdicts)
         for title, table in self.tables:
             print_table(title, table)
         lines = [*filter(None, [self.text]), *(f"Written: {file}" for file in written)]

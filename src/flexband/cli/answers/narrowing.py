@@ -29,12 +29,12 @@ if TYPE_CHECKING:  # imported when a command is called
         CONSTANT,
         constants,
         deviations,
-        error_in_words,
         mean_error_text,
         outputs_of,
         select,
         unit_of,
     )
+    from flexband.report.text.headline import accuracy_line
     from flexband.report.text.numbers import number, percent_to_tenth
     from flexband.study.presentation.display import Display
     from flexband.study.results.answers import read_answer
@@ -107,7 +107,9 @@ def narrow(
     printed = [(f"Narrowed inputs: error bar μ ± {deviations(after)}", (header, rows))]
     if limits:
         printed.append(("Limits, margins of μ ± 3σ", limits_table(limits)))
-    sentence = error_in_words(after) if isinstance(error, float) else f"Estimated error: {error}."
+    sentence = (
+        accuracy_line(after, None) if isinstance(error, float) else f"Estimated error: {error}."
+    )
     mean_widths = dict(zip(("mean_width_before", "mean_width"), widths, strict=True))
     content = {
         "sigmas": sigmas,

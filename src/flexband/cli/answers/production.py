@@ -24,7 +24,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.analysis.selection import surrogates_of
     from flexband.report.page.answers import yield_cell
     from flexband.report.progress import progress_bars
-    from flexband.report.text.requirement_verdicts import RANDOM_SAMPLES
+    from flexband.report.text.headline import RANDOM_SAMPLES
     from flexband.requirements.scatter import Scatter
     from flexband.uncertainty.inputs.inputs import Interval
     from flexband.uncertainty.inputs.space import Space

@@ -57,7 +57,7 @@ def from_table(
         check = check_limits_in(output, surrogate, requirement_tuple(study.requirements))
         verdicts = requirement_verdicts(check, uncertain_inputs(None, surrogate), None)
         lines.append(margins_in_words(check.margins))
-    print_verdicts(verdicts, ())
+    print_verdicts(verdicts)
     record = BandRecord.read(surrogate.bands())
     for case in surrogates_of(surrogate).values():
         for doubt in doubts_of(case):

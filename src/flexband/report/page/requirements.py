@@ -17,6 +17,7 @@ from flexband.requirements.verdict import RequirementVerdict, Verdict, worst_of
 class JudgedRequirements(NamedTuple):
     """What a report says of requirements."""
 
+    verdicts: list[RequirementVerdict]
     met: bool  # whether all are
     lines: list[tuple[str, str, list[str]]]  # verdict, its reason, and remarks that touch it
     other_remarks: list[str]  # which touch none of them
@@ -35,6 +36,7 @@ def judged_requirements(
         verdicts = requirement_verdicts(check, contributions, verification)
     remarks = remarks_of(bands.attrs if verification is None else verification.attrs)
     return JudgedRequirements(
+        verdicts,
         met=worst_of(verdicts) is Verdict.PASS,
         lines=[
             (

@@ -18,9 +18,10 @@ from flexband.report.page.p_boxes import p_box_data
 from flexband.report.page.paths import path_data
 from flexband.report.page.requirements import judged_requirements
 from flexband.report.page.template import write_page
-from flexband.report.page.verdict import uncertain_ones, verdict, why_unreliable
+from flexband.report.page.verdict import uncertain_ones, why_unreliable
 from flexband.report.page.what_if import panel as what_if
 from flexband.report.text import band_tables
+from flexband.report.text.headline import background, headline
 from flexband.study.presentation.display import Display
 from flexband.study.presentation.title_block import FIELDS
 from flexband.study.results.answers import read_answer
@@ -101,7 +102,15 @@ def write_report(
         doubts=page_record["doubts"] or not judged.met,
         requirements=judged.lines,
         run_remarks=judged.other_remarks,
-        verdict=verdict(page_record, bands, verification, uncertain, check),
+        headline=headline(
+            page_record["doubts"],
+            judged.verdicts,
+            bands,
+            verification,
+            uncertain,
+            check,
+            unpredictable=page_record.get("unpredictable", ""),
+        ),
         drawing=page_record.get("drawing"),
         description=page_record.get("description", ""),
         question=page_record.get("question"),
@@ -119,7 +128,12 @@ def write_report(
         numbers=numbers(bands_before_horizon) if charts else [],
         answers=answers,
         fields=page_record.get("fields"),
-        remarks=[*page_record["remarks"], *page_record["hidden"], *fixed],
+        remarks=[
+            *([] if parts is not None else background(check)),
+            *page_record["remarks"],
+            *page_record["hidden"],
+            *fixed,
+        ],
         definitions=definitions(bands, page_record["inputs"], limits, probability),
         computed=computed_rows(page_record, bands, limits),
         data={

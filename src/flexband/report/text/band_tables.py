@@ -16,9 +16,9 @@ from flexband.study.comparison import Comparison
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.bands import BandRecord
-from flexband.uncertainty.surrogates.diagnostics import unseen_share
+from flexband.uncertainty.surrogates.diagnostics import unnoticed_text, unseen_share
 from flexband.uncertainty.surrogates.sigmas import bars_vary, relative_errors, with_relative_errors
-from flexband.uncertainty.surrogates.verification_verdict import Confirmation, VerificationRecord
+from flexband.uncertainty.surrogates.verification_verdict import VerificationRecord
 
 Table = tuple[list[str], list[list[str]]]
 """A header and rows."""
@@ -175,28 +175,6 @@ def judged_errors(bands: xr.Dataset) -> dict[str, float]:
     return {name: float(select(share, name).max()) for name in names}
 
 
-def error_in_words(bands: xr.Dataset) -> str:
-    """Return the estimated accuracy of the ends of the error bars, as a sentence."""
-    shares, errors = judged_errors(bands), expected_errors(bands)
-    if not shares:
-        return "The accuracy of these bands is not estimated by this method."
-    worst = max(shares, key=lambda name: shares[name])
-    small = {name: errors[name] for name in shares if errors[name] > shares[name]}
-    text = f"Estimated accuracy: ± {percent(shares[worst])} of the band's width"
-    if len(shares) > 1:
-        text += f" for {worst}" + (
-            ", better for the other outputs" if len(shares) > 1 + len(small) else ""
-        )
-    if small:
-        up_to, whose = ("up to ", "their") if len(small) > 1 else ("", "its")
-        text += f"; ± {up_to}{percent(max(small.values()))} of {whose} own, much smaller width"
-        text += f" for {', '.join(small)}"
-    at_times = (
-        f". At single times: up to ± {at}" if (at := worst_time(bands)) else mean_error_text(bands)
-    )
-    return f"{text}{at_times}."
-
-
 def worst_time(bands: xr.Dataset) -> str:
     """Return how far an error bar may be off at the worst time, with output and time, in words.
 
@@ -232,18 +210,6 @@ def mean_error_text(bands: xr.Dataset) -> str:
 def time_of(bands: xr.Dataset) -> str | None:
     """Return the dim of bands that is time; None without one."""
     return axes_of(bands["mean"].transpose("bound", ...)).time
-
-
-def checked_in_words(verification: xr.Dataset) -> str:
-    """Return what verification runs say of the estimated accuracy, as a short sentence."""
-    record = VerificationRecord.read(verification)
-    if record.confirmed != Confirmation.CONFIRMED:
-        return f"{verification.attrs['verdict']}."
-    runs = record.runs - record.runs_failed
-    agree = "agrees" if runs == 1 else "agree"
-    any_excess = (verification["implied_error"] > verification["expected_error"]).values.any()
-    few = ", as far as so few can tell" if any_excess else ""
-    return f"{number_of(runs, 'verification run')} {agree} with this estimate{few}."
 
 
 def predictable_part(bands: xr.Dataset, parts: xr.Dataset | None) -> xr.Dataset | None:
@@ -294,12 +260,9 @@ def remarks(bands: xr.Dataset, verification: xr.Dataset | None = None) -> list[s
     if record.expected_error is not None:
         generic = record.runs_generic
         checks = record.runs_checked
-        sampled = checks if generic is None else generic
-        source = "the verification runs that are missed most"
-        if not record.judged_by:
-            missed = percent(unseen_share(sampled))
-            source = f"{number_of(checks, 'held-out run')}, which can miss what happens in {missed}"
-            source += " of the space"
+        source = number_of(checks, "check run")
+        if record.judged_by:
+            source = "the verification runs that are missed most"
         lines.append(
             f"Expected error{mean_error_text(bands)}: {percent(record.expected_error)} of the "
             f"error bar's width ({source})"
@@ -323,12 +286,8 @@ def remarks(bands: xr.Dataset, verification: xr.Dataset | None = None) -> list[s
             lines.append(remaining if record.corrected else uncorrected)
         else:
             lines.append("The error of the discretization (step, elements) is not estimated")
-        if generic is not None:
-            lines.append(
-                "A rare effect (a stop that few parts reach) may be missed: the checks find one "
-                f"reliably only if it covers {percent(unseen_share(sampled))} of the input range "
-                "or more"
-            )
+        if verification is None and not record.judged_by:
+            lines.append(unnoticed_text(checks if generic is None else generic))
         # The discretization, and whose errors are judged by other measures.
         if record.discretization:
             origin = " (chosen by the method)" if record.halved is not None else ""

@@ -10,15 +10,9 @@ from flexband.requirements.criteria import Probability, ShareOfParts
 from flexband.requirements.requirement import with_unit
 from flexband.requirements.verdict import Reason, RequirementVerdict, Verdict
 
-RANDOM_SAMPLES = (
-    "Random samples miss the worst case: for equal weights and a linear output, 1000 samples reach "
-    "90 / 76 / 56 / 40 % of it with 3 / 5 / 10 / 20 tolerances"
-)
-"""Stands where worst case and yield do."""
-
 
 def verdict_line(verdict: RequirementVerdict) -> str:
-    """Return a line such as "FAIL  angle (nominal ± 0.5°): exceeded by 0.107°; mostly due to …"."""
+    """Return a line such as "FAIL  angle (nominal ± 0.5°): violated by 0.107°; mostly due to …"."""
     return f"{verdict.verdict}  {verdict_text(verdict)}"
 
 
@@ -33,7 +27,7 @@ def verdict_text(verdict: RequirementVerdict) -> str:
 
 
 def reason_text(verdict: RequirementVerdict) -> str:
-    """Return by how much a requirement is kept or exceeded, or why that is not decided."""
+    """Return by how much a requirement is met or violated, or why that is not decided."""
     if verdict.reason is Reason.NOT_CHECKED:
         return f"not checked: {verdict.why}"
     if verdict.reason is Reason.REMARK:
@@ -41,9 +35,9 @@ def reason_text(verdict: RequirementVerdict) -> str:
     if verdict.criterion in (Probability.__name__, ShareOfParts.__name__):
         return _share_text(verdict)
     size = _size(verdict)
-    beyond = "exceeded by" if verdict.margin < 0 else "kept with a margin of"
+    beyond = "violated by" if verdict.margin < 0 else "met with a margin of"
     if verdict.reason is Reason.RUN:
-        return f"exceeded by {size}{_place(verdict)} in a run within the tolerances"
+        return f"violated by {size}{_place(verdict)} in a run within the tolerances"
     if verdict.verdict is not Verdict.UNDECIDED:
         return f"{beyond} {size}{_where(verdict)}"
     error = with_unit(f"± {number(verdict.error, 2)}", verdict.unit)
@@ -51,7 +45,7 @@ def reason_text(verdict: RequirementVerdict) -> str:
         Reason.ERROR: f"but its error is {error}",
         Reason.BETWEEN: "but only between output times, where no error is stated: give a shorter "
         "output_step",
-        Reason.RUNS_DIFFER: f"but {'no' if verdict.margin < 0 else 'a'} run leaves the bounds, and "
+        Reason.RUNS_DIFFER: f"but {'no' if verdict.margin < 0 else 'a'} run violates it, and "
         "here the expansion alone does not decide",
         Reason.NOT_JUDGED: "but no runs judge the surrogate",
         Reason.NOT_TRUSTED: "but the method does not trust this output",
@@ -73,7 +67,7 @@ def _probable(verdict: RequirementVerdict) -> str:
     """Return what would be so, if nothing put it in doubt."""
     if verdict.criterion in (Probability.__name__, ShareOfParts.__name__):
         return f"probably {_share_text(verdict)}"
-    beyond = "exceeded by" if verdict.margin < 0 else "kept with a margin of"
+    beyond = "violated by" if verdict.margin < 0 else "met with a margin of"
     return f"probably {beyond} {_size(verdict)}{_where(verdict)}"
 
 

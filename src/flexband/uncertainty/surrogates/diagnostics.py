@@ -88,6 +88,20 @@ def unseen_share(runs: int) -> float:
     return 1 - (1 - CONFIDENCE) ** (1 / runs)
 
 
+def unnoticed_text(runs: int) -> str:
+    """Return how large an effect is that so many runs may all miss, as a sentence without its stop.
+
+    Its share of the space is rounded up.
+    """
+    shares = {
+        "a hundredth": 0.01, "a fiftieth": 0.02, "a twentieth": 0.05, "a tenth": 0.1,
+        "a fifth": 0.2, "a quarter": 0.25, "a third": 1 / 3, "half": 0.5, "two thirds": 2 / 3,
+    }  # fmt: skip
+    unseen = unseen_share(runs)
+    words = (f"less than {words}" for words, share in shares.items() if unseen <= share)
+    return f"An effect confined to {next(words, 'a part')} of the input space can go unnoticed"
+
+
 def varying_outputs(F: np.ndarray, units: Units) -> np.ndarray:
     """Return which outputs of runs F, shape (runs, outputs, times), vary beyond rounding."""
     return units.varies(variation(F), rms(F))

@@ -13,7 +13,7 @@ from flexband.basics.words import number_of
 from flexband.uncertainty.inputs.evaluation import extremes_in_words
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.bands import AttributeRecord
-from flexband.uncertainty.surrogates.diagnostics import unseen_share
+from flexband.uncertainty.surrogates.diagnostics import unnoticed_text
 
 
 class Confirmation(StrEnum):
@@ -173,13 +173,8 @@ def verdict(
 def _can_miss(sampled: int, held_out: int) -> str:
     """Return the sentence on how much of the space such runs can all miss."""
     if not sampled + held_out:
-        return "Effects elsewhere in the space of the inputs are not included"
-    counts = {"verification run": sampled, "held-out run": held_out}
-    spread = " and ".join(number_of(count, noun) for noun, count in counts.items() if count)
-    return (
-        f"Effects in {in_percent(unseen_share(sampled + held_out))} of the space of the inputs or "
-        f"less may not be included: {spread}, spread over all of it, can miss them"
-    )
+        return "Effects elsewhere in the input space can go unnoticed"
+    return unnoticed_text(sampled + held_out)
 
 
 def inferred_share(results: xr.Dataset) -> float:

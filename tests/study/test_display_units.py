@@ -77,7 +77,7 @@ def study_output(tmp_path_factory):
     """Return the folder of a study with display units, and what its run prints."""
     folder = tmp_path_factory.mktemp("display")
     (folder / "study.py").write_text(STUDY, encoding="utf-8")
-    return folder / "out", call("run", folder / "study.py", "-o", folder / "out")
+    return folder / "out", call("run", folder / "study.py", "-o", folder / "out", "--verbose")
 
 
 def call(*arguments):

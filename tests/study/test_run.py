@@ -140,7 +140,8 @@ def test_the_command_line_shows_the_result_of_a_program(file, tmp_path):
     assert invocation.exit_code == 0, invocation.output
     text = " ".join(invocation.output.split())
     assert "no run was made" in text
-    assert f"AdaptivePCCI, {result.runs} runs" in text or f"{result.runs} runs" in text
+    made = result.runs + result.verification_runs
+    assert f"report.html ({made} runs, " in text
     assert "PASS response below 4: met with a margin of" in text
     assert (folder / "report.html").is_file()
     refusal = CliRunner().invoke(app, ["resume", str(folder)])

@@ -48,7 +48,7 @@ AllowMismatch = Annotated[
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Verbose = Annotated[
     bool,
-    typer.Option("--verbose", help="Print how the result was computed and all remarks as well."),
+    typer.Option("--verbose", help="Print tables and all remarks."),
 ]
 
 

@@ -143,7 +143,7 @@ def test_intervals_and_random_inputs_together():
     value, _, high = bounds(rare)
     assert value[0] == 0.0
     assert exact(-1, -1, 8.0) < high[0] < 1e-10
-    assert "from below" in rare.attrs["verdict"]
+    assert f"violated with P ≤ {100 * value[1]:.3g} %" in rare.attrs["verdict"]
     assert value[1] == pytest.approx(exact(1, 1, 8.0), rel=0.08)
 
 

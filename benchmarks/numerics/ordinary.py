@@ -139,7 +139,7 @@ def with_sensors(mechanism: fb.Mechanism, selection: Mapping[str, Any]) -> fb.Me
     return fb.Mechanism(**parts, sensors=dict(selection))
 
 
-def refusals(seed: int, duration: float = DURATION) -> Iterator[str]:
+def refusals(seed: int) -> Iterator[str]:
     """Draw a mechanism, and yield why it is refused with all sensors, and with some of them."""
     rng = np.random.default_rng([seed, 33])
     builder, about = list(KINDS.items())[seed % len(KINDS)]
@@ -161,7 +161,7 @@ def refusals(seed: int, duration: float = DURATION) -> Iterator[str]:
         def build(selection: Mapping[str, Any] = selection, **values: Any) -> fb.Mechanism:
             return with_sensors(builder(**nominal | values), selection)
 
-        response = fb.dynamic_response(build, duration=duration, step=step, threads=1)
+        response = fb.dynamic_response(build, duration=DURATION, step=step, threads=1)
         try:
             fb.propagate(response, inputs, fb.PCCI(1, 1))
         except fb.errors.InputError as error:

@@ -110,6 +110,7 @@ def test_a_study_is_shown_in_display_units_and_kept_in_the_others(study_output):
     ]
 
 
+@pytest.mark.usefixtures("no_drawing")
 def test_answers_are_shown_in_display_units(study_output):
     folder, _ = study_output
     text = call("limits", folder, "--trust")

@@ -69,6 +69,7 @@ def test_a_result_that_is_there_is_read(file, tmp_path):
     xr.testing.assert_equal(second.limits.margins, first.limits.margins)
 
 
+@pytest.mark.usefixtures("no_drawing")
 def test_a_result_without_its_limits_is_computed_again(file, tmp_path):
     study = load_study(file)
     folder = tmp_path / "out"

@@ -31,7 +31,7 @@ from benchmarks.accuracy.formulas import (
 )
 from flexband.report.text.band_tables import expected_errors, remarks
 from flexband.study.comparison import relative_error
-from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
+from flexband.uncertainty.adaptive.held_out_points import extreme_places, generic_points
 from flexband.uncertainty.adaptive.nested_design import NestedDesign
 from flexband.uncertainty.adaptive.rare_values import RareValues
 from flexband.uncertainty.adaptive.response_runs import ResponseRuns, successful_runs

@@ -144,6 +144,9 @@ def bands_with(expansion, discretization, refined):
     )
 
 
+UNNOTICED = "An effect confined to less than a fifth of the input space can go unnoticed"
+"""Of 16 runs, which 17 % of the space miss by 5 % chance."""
+
 NOT_CORRECTED = "Not corrected: the runs have the error of their step and elements"
 
 
@@ -169,7 +172,8 @@ def test_a_coarse_discretization_is_mentioned(error, coarse):
         "finer discretizations)"
     )
     assert lines[2] == NOT_CORRECTED
-    assert [line.startswith("The discretization is coarse") for line in lines[3:]] == [
+    assert lines[3] == UNNOTICED
+    assert [line.startswith("The discretization is coarse") for line in lines[4:]] == [
         True
     ] * coarse
 
@@ -185,15 +189,16 @@ def test_the_discretization_and_what_is_due_to_it_are_told():
     assert "the expansion 0.4 %, step 0.2 %, elements 0.1 % (10 runs" in lines[1]
     line = "Discretization: step 0.000125, elements of link 8 (chosen by the method)"
     vibration = "A vibration of 184.4 Hz has 43.4 steps per period"
-    assert lines[2:] == [NOT_CORRECTED, line, vibration]
+    assert lines[2:] == [NOT_CORRECTED, UNNOTICED, line, vibration]
     result.attrs["corrected"] = "step of u by phases"
     assert remarks(result)[2:] == [
         "Corrected by these runs: step of u by phases; the errors are what remains",
+        UNNOTICED,
         line,
         vibration,
     ]
     del result.attrs["halved"]
-    assert remarks(result)[3] == line.partition(" (")[0]
+    assert remarks(result)[4] == line.partition(" (")[0]
     doubtful = result.assign_attrs(expected_error=0.02, discretization_error=0.016, halved=["step"])
     assert remarks(doubtful)[-1].startswith("The tolerance of 1 % is NOT met by the discretization")
 

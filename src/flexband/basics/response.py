@@ -115,9 +115,9 @@ def as_response(function: ResponseFunction) -> Response:
 class FunctionResponse(Response):
     """A user's function as a response.
 
-    It may have the methods `at_more_times`, `instantaneous` and `free_bodies` of a `Response`, and one for each
-    field of a `Description`, which takes the values of a call. A method ``refined()`` that returns
-    one finer response is enough for estimates.
+    It may have the methods `at_more_times`, `instantaneous` and `free_bodies` of a `Response`, and
+    one for each field of a `Description`, which takes the values of a call. A method ``refined()``
+    that returns one finer response is enough for estimates.
     """
 
     def __init__(self, function: ResponseFunction) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from flexband.basics.warning import warn
 from flexband.basics.words import number_of
 from flexband.requirements.corridors import ONE_SIDED
+from flexband.requirements.requirement import requirement_tuple
 from flexband.study.definition import StudyDefinition
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.inputs.unfolding import first_case
@@ -24,7 +25,7 @@ def warn_of_free_pins(study: StudyDefinition) -> None:
         return
     undecided = [
         str(requirement)
-        for requirement in study.requirements
+        for requirement in requirement_tuple(study.requirements)
         if requirement.output not in decided and not (requirement.output is None and decided)
     ]
     if undecided:

@@ -37,10 +37,10 @@ def test_all_variables_of_bands_are_reserved():
 def least_margin(response):
     """Return the least margin of the response below 1.5; everything else is asked for, too."""
     surrogate = fb.expand(response, INPUTS, fb.PCCI(1, 1))
-    limit = fb.Limit(below=1.5)
+    limit = fb.Requirement("response", below=1.5)
     fb.analysis.failure_probability(surrogate, limit, accuracy=0.2)
     fb.analysis.contributions(surrogate)
-    return float(fb.analysis.check_limits(surrogate, limit)["least_margin"][0])
+    return float(fb.analysis.check_requirements(surrogate, limit)["least_margin"][0])
 
 
 @pytest.mark.parametrize("dim", [False, True])

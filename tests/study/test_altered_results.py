@@ -19,7 +19,8 @@ def response(a, x):
     return np.outer(a + 0.1 * x, np.linspace(0.5, 1.0, 5))
 
 inputs = {"a": fb.Interval(0.9, 1.1), "x": fb.Normal(0, 1)}
-study = fb.Study(response, inputs, fb.AdaptivePCCI(), limits=fb.Limit(below=2.0))
+study = fb.Study(response, inputs, fb.AdaptivePCCI(),
+                 requirements=fb.Requirement("response", below=2.0))
 """
 RESULTS = (
     "bands.nc", "verification.nc", "contributions.nc", "surrogate.npz", "page.json", "limits.nc",

@@ -13,8 +13,8 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command_from_info, get_command_name
 
 import flexband as fb
-from flexband.cli.commands import asks_for_help, commands, load
-from flexband.cli.messages import Ending, print_text
+from flexband.cli.commands import FORMER_COMMANDS, asks_for_help, commands, load
+from flexband.cli.messages import Ending, print_remark, print_text
 
 
 class _Commands(TyperGroup):
@@ -28,6 +28,12 @@ class _Commands(TyperGroup):
         self.commands = {**command_stubs, **self.commands}
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        if new := FORMER_COMMANDS.get(args[0]):
+            print_remark(
+                f"`flexband {args[0]}` is now called `flexband {new}`; the former name works until "
+                "the next release"
+            )
+            args = [new, *args[1:]]
         load(args)
         for info in app.registered_commands:  # only this one: Typer takes long to make all of them
             if info.callback and args[0] == (info.name or get_command_name(info.callback.__name__)):

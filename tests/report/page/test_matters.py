@@ -27,11 +27,17 @@ SHARES = fb.analysis.contributions(SURROGATE)
 
 def test_with_limits_it_is_that_of_the_limit_with_the_least_margin():
     by_time = [
-        ([fb.Limit("near", below=0.2, during=(0.9, 1.0)), fb.Limit("far", below=50.0)], "b"),
-        ([fb.Limit("near", below=0.2, during=(0.0, 0.1))], "a"),
+        (
+            [
+                fb.Requirement("near", below=0.2, during=(0.9, 1.0)),
+                fb.Requirement("far", below=50.0),
+            ],
+            "b",
+        ),
+        ([fb.Requirement("near", below=0.2, during=(0.0, 0.1))], "a"),
     ]
     for limits, name in by_time:
-        text = what_matters(SHARES, fb.analysis.check_limits(SURROGATE, limits))
+        text = what_matters(SHARES, fb.analysis.check_requirements(SURROGATE, limits))
         assert f"for the limit near below 0.2 from {limits[0].during[0]:g}" in text
         assert f" is {name}: without its uncertainty, the error bar would be " in text
         assert "where its margin is least" in text
@@ -49,8 +55,8 @@ def test_without_limits_it_is_told_of_every_output():
 def test_definitions_are_those_of_what_the_study_has():
     bands = SURROGATE.bands()
     rows = (["input", "kind", "known"], [["a", "interval", ""], ["b", "Normal", ""]])
-    limits = fb.analysis.check_limits(SURROGATE, fb.Limit("far", below=9.0))
-    likely = fb.analysis.failure_probability(SURROGATE, fb.Limit("near", below=2.0))
+    limits = fb.analysis.check_requirements(SURROGATE, fb.Requirement("far", below=9.0))
+    likely = fb.analysis.failure_probability(SURROGATE, fb.Requirement("near", below=2.0))
     terms = dict(definitions(bands, rows, limits, likely))
     assert {"margin", "probability", "95 % confidence", "μ and σ", "interval"} <= set(terms)
     assert "μ ± 3σ" in terms["margin"]

@@ -84,13 +84,13 @@ def test_contributions_and_narrowing_leave_constants_out(surrogate, tmp_path):
     assert not contributions["mean_share"].sel(output=MIN_SPEED).values.any()
     result = what_matters(contributions, None)
     assert result.startswith("What matters most is k: without its uncertainty")
-    limits = fb.analysis.check_limits(
-        surrogate, [fb.Limit("c", below=3.0), fb.Limit("y", below=2.0)]
+    limits = fb.analysis.check_requirements(
+        surrogate, [fb.Requirement("c", below=3.0), fb.Requirement("y", below=2.0)]
     )
     assert what_matters(contributions, limits).startswith(
         "What matters most for the limit y below 2 is k"
     )
-    of_constant = fb.analysis.check_limits(surrogate, fb.Limit("c", below=3.0))
+    of_constant = fb.analysis.check_requirements(surrogate, fb.Requirement("c", below=3.0))
     assert "No input matters" in what_matters(contributions, of_constant)
     assert not fb.analysis.sobol_indices(surrogate)["defined"].sel(output=MIN_SPEED).values.any()
     fb.save_surrogate(surrogate, tmp_path / "surrogate.npz")

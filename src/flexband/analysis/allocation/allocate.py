@@ -21,6 +21,7 @@ from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCaseBoun
 from flexband.analysis.labelled_answers import AnswerRecord
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
 from flexband.basics.checks import check_instance
+from flexband.basics.former_names import former_arguments
 from flexband.requirements.corridors import (
     check_instantaneous,
     joint,
@@ -37,9 +38,10 @@ if TYPE_CHECKING:
     from flexband.execution.store import StoreLike
 
 
+@former_arguments(limits="requirements")
 def allocate(
     surrogate: Surrogate,
-    limits: Requirements,
+    requirements: Requirements,
     costs: Mapping[str, Cost | float],
     *,
     response: ResponseFunction | None = None,
@@ -61,7 +63,8 @@ def allocate(
 
     Sizes that are free (`Sizing`) are chosen together with the tolerances around them: those that
     allow the cheapest. The best of 1024 are improved, so that another valley may be missed. A
-    `Compensator` is adjusted for each value of the other interval inputs, as in `check_limits`.
+    `Compensator` is adjusted for each value of the other interval inputs, as in
+    `check_requirements`.
 
     Parameters
     ----------
@@ -126,13 +129,14 @@ def allocate(
     --------
     >>> inputs = {"a": fb.Interval(9.0, 11.0), "b": fb.Interval(9.0, 11.0)}
     >>> surrogate = fb.expand(lambda a, b: a + b, inputs, fb.PCCI(0, 1))
-    >>> plan = fb.analysis.allocate(surrogate, fb.Limit(below=20.6), costs={"a": 1.0, "b": 4.0})
+    >>> requirement = fb.Requirement("response", below=20.6)
+    >>> plan = fb.analysis.allocate(surrogate, requirement, costs={"a": 1.0, "b": 4.0})
     >>> plan["name"].values.tolist(), plan["tolerance"].values.round(2)
     (['a', 'b'], array([0.2, 0.4]))
     """
     check_instance("surrogate", surrogate, Surrogate, "one that `expand` returns, without choices")
     k = checked_sigmas(sigmas)
-    limit_corridors = corridors(limits, surrogate.labels)
+    limit_corridors = corridors(requirements, surrogate.labels)
     check_instantaneous(limit_corridors, surrogate.diagnostics.attrs)
     tolerances = Tolerances.from_costs(surrogate.space, checked_costs(costs))
     tolerances.cost(tolerances.bounds[1])

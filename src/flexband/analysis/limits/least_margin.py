@@ -16,7 +16,7 @@ from flexband.uncertainty.surrogates.bands import AttributeRecord
 
 @dataclass(frozen=True)
 class MarginRecord(AttributeRecord):
-    """What a result of `check_limits` says beside its numbers.
+    """What a result of `check_requirements` says beside its numbers.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class LeastMargin:
 
     @staticmethod
     def from_result(result: xr.Dataset) -> LeastMargin:
-        """Return that of one limit, of what `check_limits` returns."""
+        """Return that of one limit, of what `check_requirements` returns."""
         dim = ""
         places = ("", "")
         if "least_margin_at" in result:
@@ -133,7 +133,7 @@ def inputs_in_words(result: xr.Dataset, variable: str) -> list[str]:
 
 
 def margins_in_words(result: xr.Dataset) -> str:
-    """Return whether limits are kept, of what `check_limits` returns, as sentences."""
+    """Return whether limits are kept, of what `check_requirements` returns, as sentences."""
     verdicts = [LeastMargin.from_result(result.isel(limit=k)) for k in range(result.sizes["limit"])]
     words = [
         f"{verdict.limit}: {verdict.verdict}, {verdict.in_words(with_error=True)}"

@@ -26,12 +26,12 @@ from flexband.analysis.limits.least_margin import (
 )
 from flexband.analysis.peaks import TimeAxis, least_between
 from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
+from flexband.basics.former_names import former_arguments
 from flexband.errors import InputError
 from flexband.remarks.collection import as_attribute
 from flexband.requirements.corridors import (
     Corridor,
     check_instantaneous,
-    chosen_output,
     has_constant_offsets,
     joint,
 )
@@ -43,8 +43,9 @@ from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, checked_sigmas, relative_errors
 
 
-def check_limits(
-    surrogate: AnySurrogate, limits: Requirements, *, sigmas: float | None = None
+@former_arguments(limits="requirements")
+def check_requirements(
+    surrogate: AnySurrogate, requirements: Requirements, *, sigmas: float | None = None
 ) -> xr.Dataset:
     """Return whether each limit is kept for all values of the interval inputs, and its margin.
 
@@ -92,38 +93,38 @@ def check_limits(
     --------
     >>> inputs = {"length": fb.Interval(0.8, 1.2), "play": fb.Normal(0.0, 0.05)}
     >>> surrogate = fb.expand(lambda length, play: length + play, inputs, fb.AdaptivePCCI())
-    >>> result = fb.analysis.check_limits(surrogate, fb.Limit(below=1.5))
+    >>> result = fb.analysis.check_requirements(surrogate, fb.Requirement("response", below=1.5))
     >>> result["least_margin"].values.round(4)  # 1.5 − 1.2 − 3σ
     array([0.15])
     >>> result["verdict"].values.tolist()
     ['kept']
     """
     labels = labels_of(surrogate)
-    requirements = by_name(limits)
+    requirement_by_name = by_name(requirements)
     check_free(labels, "limit", *LONG_NAMES)
     deviations = {
         name: checked_sigmas(sigmas) if sigmas is not None else _sigmas_of(requirement)
-        for name, requirement in requirements.items()
+        for name, requirement in requirement_by_name.items()
     }
     if len(set(deviations.values())) > 1 and any(
         compensators(case.space) for case in surrogates_of(surrogate).values()
     ):
-        raise InputError("limits must all have the same sigmas where there is a Compensator")
+        raise InputError("requirements must all have the same sigmas where there is a Compensator")
     # Check the requirements with the bands of each k.
     results = {}
     source = ""
     inputs = ""
     for k in dict.fromkeys(deviations.values()):
-        check = _Checked(surrogate, requirements, k)
+        check = _Checked(surrogate, requirement_by_name, k)
         results |= {
             name: check.result(name).assign(_about(requirement, labels, k))
-            for name, requirement in requirements.items()
+            for name, requirement in requirement_by_name.items()
             if deviations[name] == k
         }
         source = check.source
         inputs = check.inputs
-    result = xr.concat([results[name] for name in requirements], "limit")
-    result = result.assign_coords(limit=list(requirements))
+    result = xr.concat([results[name] for name in requirement_by_name], "limit")
+    result = result.assign_coords(limit=list(requirement_by_name))
     # Put the verdicts and what they rest on into words.
     attrs: dict[str, Any] = {"error": source or NOT_JUDGED}
     attrs["verdict"] = margins_in_words(result.assign_attrs(attrs))
@@ -146,7 +147,7 @@ def _sigmas_of(requirement: Requirement) -> float:
 
 def _about(requirement: Requirement, labels: xr.DataArray, sigmas: float) -> dict[str, Any]:
     criterion = requirement.criterion
-    number = chosen_output("", requirement.output, labels)[1]
+    number = requirement.output_in(labels)[1]
     of_output = labels if number is None else labels.isel(output=number)
     shares = isinstance(criterion, Probability | ShareOfParts)
     return {
@@ -266,7 +267,7 @@ def _bands(
     case = cases[""]
     space = case.space
     dims = case.labels.dims[1:]
-    check_no_play(space, "check_limits with a Compensator")
+    check_no_play(space, "check_requirements with a Compensator")
     # Adjust compensators for the least margins, and put the adjusted ends into the bands.
     corridor = joint({k: r.corridor(case.labels) for k, r in requirements.items()})
     expansions, numbers, bounds = series_with_limits(case, corridor)

@@ -81,7 +81,8 @@ def production_yield(
     >>> inputs = {"a": fb.Interval(-1.0, 1.0), "b": fb.Interval(-1.0, 1.0)}
     >>> surrogate = fb.expand(lambda a, b: a + b, inputs, fb.PCCI(0, 1))
     >>> uniform = fb.Uniform(-1.0, 1.0)
-    >>> found = fb.production_yield(surrogate, fb.Limit(below=1.0), {"a": uniform, "b": uniform})
+    >>> requirement = fb.Requirement("response", below=1.0)
+    >>> found = fb.production_yield(surrogate, requirement, {"a": uniform, "b": uniform})
     >>> found["failing"].values.round(2)  # 1/8
     array([0.13])
     """

@@ -84,7 +84,7 @@ def sample_parts(
     Examples
     --------
     >>> inputs = {"a": fb.Interval(0.0, 1.0), "b": fb.Normal(0.0, 0.1)}
-    >>> limit = fb.Limit(below=1)
+    >>> limit = fb.Requirement("response", below=1)
     >>> result = fb.analysis.sample_parts(lambda a, b: a + b, inputs, requirements=limit)
     >>> result["quantile"].sel(probability=0.5).values.round(1), result.attrs["samples"]
     (array([0.5]), 292)
@@ -92,7 +92,7 @@ def sample_parts(
     (array([0.96]), 'a: Uniform(lower=0.0, upper=1.0), assumed')
     """
     options = SamplingOptions(probabilities, confidence, accuracy, samples)
-    requirement_list = requirement_tuple(requirements, "requirements")
+    requirement_list = requirement_tuple(requirements)
     check_quantities(quantities)
     seed = check_integer("seed", seed, 0)
     count = options.count(requirement_list)

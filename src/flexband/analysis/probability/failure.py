@@ -23,6 +23,7 @@ from flexband.analysis.probability.statements import (
 from flexband.analysis.probability.texts import LONG_NAMES, verdict_on, with_texts
 from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
 from flexband.basics.checks import check_integer, check_numbers
+from flexband.basics.former_names import former_arguments
 from flexband.basics.progress import Progress
 from flexband.basics.response import ResponseFunction
 from flexband.basics.words import value_text
@@ -47,9 +48,10 @@ RUNS = 64
 """Runs of the model that correct a probability, unless another number is given."""
 
 
+@former_arguments(limits="requirements")
 def failure_probability(
     surrogate: AnySurrogate,
-    limits: Requirements,
+    requirements: Requirements,
     *,
     scatter: Scatter | None = None,
     response: ResponseFunction | None = None,
@@ -114,7 +116,7 @@ def failure_probability(
     interval are unbiased for the response itself at `probability_at`, which the surrogate finds;
     `runs` counts runs, and `disagreements` those
     in which the surrogate was wrong about the limit after other runs had corrected its margins. All
-    else is of the surrogate. ``attrs["error"]`` is as in `check_limits`, or
+    else is of the surrogate. ``attrs["error"]`` is as in `check_requirements`, or
     "pointwise_error" where the method tells one apart; ``attrs["verdict"]`` is a text.
     Probabilities of a surrogate whose expected error is above its tolerance are NaN, unless
     runs correct them. Of choices, the probability at any time, that between the times and that
@@ -132,20 +134,20 @@ def failure_probability(
     --------
     >>> inputs = {"length": fb.Interval(0.8, 1.2), "play": fb.Normal(0.0, 0.05)}
     >>> surrogate = fb.expand(lambda length, play: length + play, inputs, fb.PCCI(1, 1))
-    >>> result = fb.analysis.failure_probability(surrogate, fb.Limit(below=1.3))
+    >>> result = fb.analysis.failure_probability(surrogate, fb.Requirement("response", below=1.3))
     >>> result["probability"].values.round(2).ravel()  # 1 − Φ(10) and 1 − Φ(2)
     array([0.  , 0.02])
     """
     options = {"runs": runs, "accuracy": accuracy, "seed": seed, "store": store}
     return limit_probabilities(
-        surrogate, limits, scatter=scatter, response=response, executor=executor,
+        surrogate, requirements, scatter=scatter, response=response, executor=executor,
         progress=progress, **options,
     )  # fmt: skip
 
 
 def limit_probabilities(
     surrogate: AnySurrogate,
-    limits: Requirements,
+    requirements: Requirements,
     *,
     scatter: Scatter | None = None,
     response: ResponseFunction | None = None,
@@ -173,7 +175,7 @@ def limit_probabilities(
     seed = check_integer("seed", seed, 0)
     labels = labels_of(surrogate)
     check_free(labels, "limit", *LONG_NAMES)
-    corridors_of = {label: corridors(limits, labels, label) for label in surrogates}
+    corridors_of = {label: corridors(requirements, labels, label) for label in surrogates}
     for label, case in surrogates.items():
         check_instantaneous(corridors_of[label], case.diagnostics.attrs)
     # Refuse what has no probability, and limits that leave nothing between them.
@@ -273,12 +275,12 @@ def _check(surrogates: Mapping[str, Surrogate], *, scatters: bool) -> None:
     spaces = [case.space for case in surrogates.values()]
     if not scatters and not all(space.random_dimension for space in spaces):
         raise InputError(
-            "surrogate must have random inputs; check_limits takes one with intervals alone"
+            "surrogate must have random inputs; check_requirements takes one with intervals alone"
         )
     if compensator_names := [name for space in spaces for name in compensators(space)]:
         raise InputError(
             f"surrogate must have no Compensator, which is adjusted, not left to chance; got "
-            f"{compensator_names[0]}. check_limits and allocate adjust it"
+            f"{compensator_names[0]}. check_requirements and allocate adjust it"
         )
 
 

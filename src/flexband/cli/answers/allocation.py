@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import flexband as fb
+from flexband.cli.answers.check import During, Only, Side, limits_of
 from flexband.cli.answers.frame import CommandOutput, SomeSigmas, answer_command, one_of
-from flexband.cli.answers.limits import During, Only, Side, limits_of
 from flexband.cli.answers.saved_result import SavedResult
 from flexband.cli.command_options import Trust
 from flexband.cli.messages import UsageError, usage

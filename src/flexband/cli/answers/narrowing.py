@@ -144,7 +144,9 @@ def limits_before_and_after(
         raise UsageError("--probability requires random inputs, no Compensator, and study limits")
     if not limits:
         return []
-    checks = [display.data(fb.analysis.check_limits(surrogate, limits)) for surrogate in surrogates]
+    checks = [
+        display.data(fb.analysis.check_requirements(surrogate, limits)) for surrogate in surrogates
+    ]
     units = checks[0].coords.get("unit", xr.DataArray("")).values
     units = np.broadcast_to(units, len(limits)).astype(str).tolist()
     rows = [

@@ -9,8 +9,8 @@ import typer
 import flexband as fb
 from flexband.analysis.probability import COARSEST, FINEST
 from flexband.basics.checks import check_integer
+from flexband.cli.answers.check import During, Only, Side, as_rows, limits_of
 from flexband.cli.answers.frame import CommandOutput, answer_command
-from flexband.cli.answers.limits import During, Only, Side, as_rows, limits_of
 from flexband.cli.answers.saved_result import SavedResult
 from flexband.cli.command_options import Trust
 from flexband.cli.messages import Table, UsageError, usage

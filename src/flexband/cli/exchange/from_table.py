@@ -23,7 +23,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.report.text.numbers import percent
     from flexband.requirements.requirement import requirement_tuple
     from flexband.study.exchange.surrogate_of import surrogate_of
-    from flexband.study.results.limits import check_limits_in
+    from flexband.study.results.limits import check_requirements_in
     from flexband.study.study import load_study
     from flexband.uncertainty.surrogates.bands import BandRecord
     from flexband.uncertainty.surrogates.surrogate_file import save_surrogate
@@ -54,7 +54,7 @@ def from_table(
     lines = []
     verdicts = []
     if study.requirements:
-        check = check_limits_in(output, surrogate, requirement_tuple(study.requirements))
+        check = check_requirements_in(output, surrogate, requirement_tuple(study.requirements))
         verdicts = requirement_verdicts(check, uncertain_inputs(None, surrogate), None)
         lines.append(margins_in_words(check.margins))
     print_verdicts(verdicts)

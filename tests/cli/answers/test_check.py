@@ -1,4 +1,4 @@
-"""The command `flexband limits`: its table, files and figure."""
+"""The command `flexband check`: its table, files and figure."""
 
 import json
 
@@ -27,7 +27,7 @@ def folder(tmp_path_factory):
 
 
 def test_limits_are_checked_and_written(folder):
-    options = ["limits", str(folder), "--below", "a=1.35", "--above", "a=-1.5", "--accuracy", "0.1"]
+    options = ["check", str(folder), "--below", "a=1.35", "--above", "a=-1.5", "--accuracy", "0.1"]
     result = CliRunner().invoke(app, options)
     assert result.exit_code == 5, result.output
     assert "not kept" in result.output
@@ -50,16 +50,16 @@ def response(e, x):
 inputs = {"e": fb.Interval(0.9, 1.1), "x": fb.Normal(0, 1)}
 study = fb.Study(response, inputs, fb.AdaptivePCCI()LIMITS)
 """
-    for limits, status in ((", limits=fb.Limit(below=1.2)", 5), ("", 2)):
+    for limits, status in ((", requirements=fb.Requirement('response', below=1.2)", 5), ("", 2)):
         file = tmp_path / f"study_{status}.py"
         file.write_text(study.replace("LIMITS", limits), encoding="utf-8")
         call = ["run", str(file), "--output", str(tmp_path / str(status))]
         CliRunner().invoke(app, [*call, "--verify", "0"])
-        result = CliRunner().invoke(app, ["limits", str(tmp_path / str(status))])
+        result = CliRunner().invoke(app, ["check", str(tmp_path / str(status))])
         assert result.exit_code == status, result.output
         if status == 5:
             content = (tmp_path / "5" / "limits.nc").read_bytes()
-            answer = CliRunner().invoke(app, ["limits", str(tmp_path / "5"), "--below", "9"])
+            answer = CliRunner().invoke(app, ["check", str(tmp_path / "5"), "--below", "9"])
             assert "the report keeps the limits of the study" in answer.output
             assert (tmp_path / "5" / "limits.nc").read_bytes()[:500] == content[:500]
             for name in ("limits", "probability"):
@@ -82,12 +82,12 @@ study = fb.Study(response, inputs, fb.AdaptivePCCI()LIMITS)
     ],
 )
 def test_refused(folder, options, message):
-    result = CliRunner().invoke(app, ["limits", str(folder), *options])
+    result = CliRunner().invoke(app, ["check", str(folder), *options])
     assert result.exit_code == 2
     assert message in result.output
 
 
 def test_a_folder_without_a_surrogate_is_refused(tmp_path):
-    result = CliRunner().invoke(app, ["limits", str(tmp_path), "--below", "1"])
+    result = CliRunner().invoke(app, ["check", str(tmp_path), "--below", "1"])
     assert result.exit_code == 1
     assert "surrogate.npz" in result.output

@@ -45,7 +45,7 @@ def test_margin_is_the_distance_from_the_error_bar(surrogate):
     assert margins["worst_inputs"].sel(input="e").values[0] == 1.0
     assert margins["verdict"].values.tolist() == ["undecided", "kept"]
     assert margins.attrs["kept"] == "undecided"
-    assert "b below 2.6 from 0.5 to 1: kept, least margin 2.4" in margins.attrs["verdict"]
+    assert "b below 2.6 from 0.5 to 1: met, least margin 2.4" in margins.attrs["verdict"]
 
 
 def test_curves_are_numbers_arrays_functions_or_labelled(surrogate):

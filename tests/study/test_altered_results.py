@@ -80,7 +80,7 @@ def test_every_altered_result_is_refused_and_run_restores_it(study_copy):
     assert result.exit_code == 0, result.output
     assert "no run was made" not in text_of(result)
     page = (out / "report.html").read_text(encoding="utf-8")
-    assert "Answers that are not as written are left out: sobol" in page
+    assert "Answers that are not as written are not shown: sobol" in page
     for name in ("bands.nc", "surrogate.npz"):
         assert (out / name).read_bytes() == contents[name]
 

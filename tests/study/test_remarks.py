@@ -109,8 +109,8 @@ def test_shared_reactions_put_only_themselves_in_doubt(tmp_path):
     out = tmp_path / "out"
     file.write_text(SHARED, encoding="utf-8")
     output = run("run", file, "-o", out, status=3)
-    assert "UNDECIDED load (below 9): probably kept" in output
-    assert "PASS turn (below 9): kept" in output
+    assert "UNDECIDED load (below 9): probably met" in output
+    assert "PASS turn (below 9): met" in output
     assert "but what sensor 'top' measures is one choice of many" in output
 
 
@@ -145,9 +145,9 @@ def test_an_impulse_undecides_the_forces_that_it_is_in(tmp_path):
     out = tmp_path / "out"
     file.write_text(JUMP, encoding="utf-8")
     output = run("run", file, "-o", out, status=3)
-    assert "PASS reach (below 2): kept" in output
-    assert "PASS pull (above -20): kept" in output
-    assert "UNDECIDED lift (below 90): probably kept" in output
+    assert "PASS reach (below 2): met" in output
+    assert "PASS pull (above -20): met" in output
+    assert "UNDECIDED lift (below 90): probably met" in output
     assert "the speed of a prescribed motion jumps at t = 0.05 s" in output
     assert "the worst with speed = 2)" in output
 

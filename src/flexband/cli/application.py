@@ -101,17 +101,20 @@ def _print_version(requested: bool) -> None:
 
 @app.callback(
     epilog="Exit status: 0 done; 1 error; 2 wrong usage; 3 finished, but a requirement is "
-    "undecided, or the tolerance is not met, or the result is not trusted, or verification runs "
-    "fail or do not confirm it; 4 points wait to be run elsewhere; 5 finished, and a requirement "
-    "is not met; 130 stopped by Ctrl-C; 143 stopped by SIGTERM."
+    "undecided, or the result misses its tolerance, is not trusted, or is not confirmed by "
+    "verification runs; 4 points are waiting to be run elsewhere; 5 finished, and a requirement is "
+    "violated; 130 stopped by Ctrl-C; 143 stopped by SIGTERM."
 )
 def main(
     version: Annotated[
         bool,
-        typer.Option("--version", callback=_print_version, is_eager=True, help="Print it."),
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version."
+        ),
     ] = False,
     debug: Annotated[
-        bool, typer.Option("--debug", help="Print the traceback of an error; for every command.")
+        bool,
+        typer.Option("--debug", help="Print the traceback of an error; works with every command."),
     ] = False,
 ) -> None:
     """Compute how uncertain the motion of a mechanism is."""

@@ -62,7 +62,10 @@ def draw_limits(check: LimitCheck, folder: Path, display: Display) -> None:
     from flexband.study.results.answers import answer_files  # noqa: PLC0415
 
     if not check.written:
-        print_remark("the report keeps the limits of the study; others must be in its `limits`")
+        print_remark(
+            "the report shows the requirements of the study only; others must be in its "
+            "`requirements`"
+        )
         return
     drawable = check.margins["margin"].ndim <= 2
     figure = folder / "limits.png"

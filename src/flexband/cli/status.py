@@ -32,12 +32,12 @@ from flexband.study.results.reliability import Doubt
 @reported_errors()
 def status(
     folder: Folder,
-    watch: Annotated[bool, typer.Option("--watch", help="Look again until it ends.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, with all failures.")] = False,
+    watch: Annotated[bool, typer.Option("--watch", help="Repeat until the study ends.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON with all failures.")] = False,
 ) -> None:
-    """Print how far the study in FOLDER is: runs, what is done now, rate, and what failed.
+    """Show the progress, rate and failures of the study in FOLDER.
 
-    It works while the study runs, from another terminal or machine that sees the folder.
+    Use it while the study runs, from another terminal or any machine that shares the folder.
     """
     console = Terminal()
     if as_json or not (watch and console.is_terminal):

@@ -328,7 +328,7 @@ def test_infeasible_limits_name_the_instant_and_the_inputs(plane, four_bar):
     ("limit", "costs", "reason"),
     [  # of a + 2 b + x + c + d - c d, nominal 20, with tolerances 1, 1, σ = 0.5, 1, 1
         (20.0, "abxcd", "the response is at the limit with all inputs at their nominal values"),
-        (19.0, "abxcd", "and so it is with all inputs at their nominal values"),
+        (19.0, "abxcd", "as it is with all inputs at their nominal values"),
         (19.0, "abcd", r"by: x \(1.5\); 1 of it with all inputs at their nominal values$"),
         (20.0, "abcd", r"tolerance, by: x \(1.5\)$"),
         (20.5, "abx", "together, and none alone: c, d$"),

@@ -1,4 +1,4 @@
-"""Tolerances for a stated probability of leaving limits: closed forms and fresh samples."""
+"""Tolerances for a stated probability of violating limits: closed forms and fresh samples."""
 
 import numpy as np
 import pytest
@@ -215,7 +215,7 @@ def test_what_a_probability_does_not_go_with(plane):
     grades = {"a": fb.analysis.Grades({"fine": (0.1, 1.0)})}
     with pytest.raises(fb.errors.InputError, match="cannot be stated for Grades"):
         fb.analysis.allocate(plane, limit, grades, probability=0.01)
-    with pytest.raises(fb.errors.InputError, match="cannot be kept"):
+    with pytest.raises(fb.errors.InputError, match="cannot be met"):
         fb.analysis.allocate(
             plane, fb.Requirement("response", below=-1.0), {"a": 1.0}, probability=0.01
         )

@@ -30,7 +30,7 @@ def test_limits_are_checked_and_written(folder):
     options = ["check", str(folder), "--below", "a=1.35", "--above", "a=-1.5", "--accuracy", "0.1"]
     result = CliRunner().invoke(app, options)
     assert result.exit_code == 5, result.output
-    assert "not kept" in result.output
+    assert "violated" in result.output
     with xr.open_dataset(folder / "limits.nc") as margins:
         assert float(margins["least_margin"][0]) == pytest.approx(-0.05, abs=0.01)
     assert (folder / "limits.png").read_bytes()[:4] == b"\x89PNG"
@@ -60,12 +60,12 @@ study = fb.Study(response, inputs, fb.AdaptivePCCI()LIMITS)
         if status == 5:
             content = (tmp_path / "5" / "limits.nc").read_bytes()
             answer = CliRunner().invoke(app, ["check", str(tmp_path / "5"), "--below", "9"])
-            assert "the report keeps the limits of the study" in answer.output
+            assert "the report shows the requirements of the study only" in answer.output
             assert (tmp_path / "5" / "limits.nc").read_bytes()[:500] == content[:500]
             for name in ("limits", "probability"):
                 with xr.open_dataset(tmp_path / "5" / f"{name}.nc") as dataset:
                     assert dataset["limit"].values.tolist() == ["response below 1.2"]
-    assert "unless the study has limits" in " ".join(result.output.split())
+    assert "unless the study has requirements" in " ".join(result.output.split())
     with xr.open_dataset(tmp_path / "5" / "limits.nc") as margins:
         assert float(margins["below"].max()) == 1.2
     costs = ["allocate", str(tmp_path / "5"), "--cost", "e=1", "--sigmas", "1"]

@@ -238,7 +238,7 @@ def test_all_options_are_judged():
         (("narrow", "q=1"), "must be one of"),
         (("narrow", "e=0..0.5", "e=0"), "given once for e"),
         (("narrow", "e=0..0.5", "--probability"), "requires random inputs, no Compensator, and"),
-        (("check", *LIMIT, "--only", "w"), "--only selects limits of the study; leave out"),
+        (("check", *LIMIT, "--only", "w"), "--only selects requirements of the study; omit"),
         (("tolerance", "q"), "name must be an input with a tolerance"),
         (("contributions", "--sigmas", -1), "sigmas"),
         (("distribution", "-p", 1), "above 0 and below 1; got"),
@@ -317,7 +317,7 @@ def test_narrowing_tells_the_margins_of_the_study_and_how_likely_limits_are_left
         assert before == pytest.approx(likely["probability"][1][k], rel=0.1, abs=1e-9)
         assert after <= before
     printed = run("narrow", limited, "e=0..0.5").stdout
-    assert "Limits, margins of μ ± 3σ" in printed
+    assert "Requirements, margins of μ ± 3σ" in printed
     assert "probability" not in printed
 
 
@@ -329,8 +329,8 @@ def test_narrowing_does_without_the_limits_of_a_study_that_is_gone(limited, tmp_
     (out / "study.json").write_text(text, encoding="utf-8")
     result = run("narrow", out, "e=0..0.5")
     assert result.exit_code == 0
-    assert "remark: limits of the study are left out: " in result.output
-    assert "Limits" not in result.stdout
+    assert "remark: requirements of the study are not shown: " in result.output
+    assert "Requirements" not in result.stdout
 
 
 def test_what_no_tolerance_reaches_is_told_once(folder):

@@ -688,7 +688,7 @@ def test_a_component_that_is_rounding_does_not_drive_the_refinement():
     assert bands.attrs["discretization"] == reference.attrs["discretization"]
     assert bands.attrs["runs"] == reference.attrs["runs"]
     assert bands.attrs["small_components"] == "b"
-    assert any(line.startswith("b: the tolerance is judged in parts") for line in remarks(bands))
+    assert any(line.startswith("b: the tolerance is relative") for line in remarks(bands))
     assert bool(bands["trusted"].all())
     error = bands["error_bar_expected_error"].sel(output="b")
     assert 1e-10 < float(error.mean()) < 1e-8  # in the unit of the output
@@ -881,7 +881,7 @@ def test_only_runs_that_fail_are_left_out_of_those_held_out():
         successful_runs(single, 0).values, single.values
     )  # bounds at one place
     np.testing.assert_array_equal(successful_runs(runs, 0).values, values[:2])
-    with pytest.raises(fb.errors.RunError, match="most of the held-out runs"):
+    with pytest.raises(fb.errors.RunError, match="most of the runs that check the fit"):
         successful_runs(runs, 1)
     with pytest.raises(fb.errors.RunError, match="1 of 3 runs that are fitted"):
         successful_runs(runs, 3)

@@ -1,4 +1,4 @@
-"""Whether limits are kept for all tolerances, and by how much."""
+"""Whether requirements are met for all tolerances, and by which margin."""
 
 from __future__ import annotations
 
@@ -400,11 +400,11 @@ def _of_output(values: xr.DataArray, labels: xr.DataArray, corridor: Corridor) -
 
 LONG_NAMES = {
     "margin": "distance of μ ± {k}σ from the limit, for all values of the interval inputs",
-    "expected_error": "error expected of the margin",
+    "expected_error": "expected error of the margin",
     "above": "limit above which the output must stay",
     "below": "limit below which the output must stay",
     "least_margin": "least margin",
-    "least_margin_error": "error expected of the least margin",
+    "least_margin_error": "expected error of the least margin",
     "least_margin_at": "where the least margin is",
     "margin_between": "least margin between the times",
     "margin_between_after": "last time before it",
@@ -414,18 +414,18 @@ LONG_NAMES = {
     "grid_error": "by how much the margin may be less between the times",
     "constant_offsets": "whether the margin is for constant offsets of pins and guides",
     "run_required": "whether runs must agree with the verdict",
-    "run_margin": "margin of a run that leaves the limit by more than its error",
+    "run_margin": "margin of a run that violates the limit by more than its error",
     "recorded_margin": "least margin of the runs that were looked at",
     "run_value": "value of a run that is nearest to the limit, or farthest beyond it",
     "run_bound": "the limit there",
     "run_extreme": "whether this value is the largest or the smallest of the runs",
     "extent": "range of the output over all its bands",
     "side": "which side of the limit is nearest",
-    "verdict": "whether the limit is kept for all values of the interval inputs",
+    "verdict": "whether the requirement is met for all values of the interval inputs",
     "requirement": "name of the requirement",
     "identifier": "identifier of the requirement",
     "source": "where the requirement is from",
-    "bounds": "what the output must keep",
+    "bounds": "bounds of the output",
     "criterion": "what it takes to meet the requirement",
     "at_most": "largest probability or share of parts that is allowed",
     "deviations": "k of μ ± kσ",

@@ -40,7 +40,7 @@ LONG_NAMES = {
     "horizon_low": "the same, exceeded by 90 % of the points",
     "horizon_high": "the same, exceeded by 10 % of the points",
     "predictable": "whether no change grows within the run at 90 % of the points",
-    "quantity_change": "change of a number in parts of its range, median over the points",
+    "quantity_change": "change of a number relative to its range, median over the points",
     "quantity_change_high": "the same, exceeded by 10 % of the points",
     "quantity_predictable": "whether the change is small at 90 % of the points",
 }

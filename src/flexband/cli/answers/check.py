@@ -37,17 +37,18 @@ if TYPE_CHECKING:  # imported when a command is called
 
 Side = Annotated[
     list[str] | None,
-    typer.Option(help="OUTPUT=NUMBER, or a number if there is one output; can be repeated."),
+    typer.Option(help="OUTPUT=LIMIT, or LIMIT if there is one output; can be repeated."),
 ]
 During = Annotated[
     tuple[float, float] | None,
     typer.Option(
-        metavar="FIRST LAST", help="First and last time of the limits, such as 0 0.5 or 0,0.5."
+        metavar="FIRST LAST",
+        help="First and last time at which the limits hold, such as 0 0.5 or 0,0.5.",
     ),
 ]
 Only = Annotated[
     list[str] | None,
-    typer.Option(help="Output whose limits in the study are meant, not all; can be repeated."),
+    typer.Option(help="Check only the study's requirements on this output; can be repeated."),
 ]
 
 
@@ -61,21 +62,24 @@ def check(
     sigmas: SomeSigmas = None,
     accuracy: Annotated[
         float,
-        typer.Option(min=FINEST, max=COARSEST, help="Relative standard error of probabilities."),
+        typer.Option(
+            min=FINEST, max=COARSEST, help="Relative standard error of the probabilities."
+        ),
     ] = 0.025,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random numbers.")] = 0,
     runs: Annotated[
         int,
-        typer.Option(help="Runs that correct each bound of a probability; 0 for none."),
+        typer.Option(help="Number of runs that correct each bound of a probability; 0 for none."),
     ] = 0,
     trust: Trust = False,
 ) -> CommandOutput:
-    """Check whether outputs keep limits, and how likely they leave them, by default without runs.
+    """Check whether requirements are met, and the probability of violating them.
 
-    Without --below and --above, limits are those of the study in FOLDER. The margin is that of
-    μ ± kσ for all values of the interval inputs; the probability is that of leaving a limit at any
-    time. limits.nc, probability.nc and limits.png are written; other limits never take the place
-    of the study's there. Runs are kept with those of the study.
+    Without --below and --above, these are the requirements of the study in FOLDER. The margin is
+    that of μ ± kσ, for all values of the interval inputs. The probability is that of violating a
+    limit at any time. No runs are made unless --runs is given; they are recorded with those of the
+    study. limits.nc, probability.nc and limits.png are written, but never in place of those of the
+    study's own requirements.
     """
     surrogate = result.surrogate
     place = result.folder
@@ -123,7 +127,7 @@ def check(
     verification = result.dataset(FileName.VERIFICATION)
     return CommandOutput(
         {"limits": as_rows(margins), "probability": as_rows(probability)},
-        [("Limits", limits_table(display_margins, likely))],
+        [("Requirements", limits_table(display_margins, likely))],
         "\n".join(sentences),
         verdicts=requirement_verdicts(
             checked._replace(margins=display_margins),
@@ -144,7 +148,9 @@ def limits_of(
 ) -> list[fb.Requirement]:
     """Return limits one by one, or those of the study for the outputs `only`; refuse misfits."""
     if only and (below or above or during is not None):
-        raise UsageError("--only selects limits of the study; leave out --below, --above, --during")
+        raise UsageError(
+            "--only selects requirements of the study; omit --below, --above and --during"
+        )
     sides: dict[str | None, dict[str, float]] = {}
     for side, texts in (("below", below), ("above", above)):
         for text in texts:

@@ -43,7 +43,7 @@ def runs_in_words(record: BandRecord, worst: int = 0) -> str:
     """Return how many runs were made, and what for; `worst` more at the worst tolerances."""
     kinds = {
         "runs_fitted": "fitted",
-        "runs_checked": "held out",
+        "runs_checked": "to check the fit",
         "runs_refined": "with half the step or twice the elements",
         "runs_coarser": "with other steps or elements",
         "runs_repeated": "made again, to see if it repeats",
@@ -56,7 +56,5 @@ def runs_in_words(record: BandRecord, worst: int = 0) -> str:
     if worst:
         text += f"; {worst} more at the worst tolerances, for requirements"
     if record.runs_coarser or record.runs_refined:
-        text += (
-            ". The budget, max_runs, is for those that are fitted or held out on one discretization"
-        )
+        text += ". max_runs limits the runs that are fitted or check the fit on one discretization"
     return text

@@ -294,9 +294,9 @@ def remarks(bands: xr.Dataset, verification: xr.Dataset | None = None) -> list[s
             lines.append(f"Discretization: {record.discretization}{origin}")
         if record.small_components:
             lines.append(
-                f"{record.small_components}: the tolerance is judged in parts of the error bar "
-                "of another component of the same tensor or vector, which is wider; the table "
-                "has errors in parts of its own width"
+                f"{record.small_components}: the tolerance is relative to the wider error bar "
+                "of another component of the same tensor or vector; errors in the table are "
+                "relative to its own width"
             )
         if record.same_counts:
             of_all = percent(unseen_share(record.runs_fitted + checks))

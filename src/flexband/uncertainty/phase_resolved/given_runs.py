@@ -46,7 +46,7 @@ def corrected_expansion(
     check_no_play(space, "correct=True")
     holdout = evaluate_runs(evaluate, *generic_points(0, HELD, m, families))
     if len(holdout.values) < MIN_HELD:
-        raise RunError("most of the runs that are held out of the correction failed", {})
+        raise RunError("most of the runs that check the correction failed", {})
     (expansion,) = surrogate.expansions
     count = len(expansion.outputs)
     columns = PartColumns.from_outputs(count, 0)

@@ -93,10 +93,10 @@ def _check_held_out(held_out_runs: HeldOut, n: int, m: int, outputs: int, times:
     for name, shape in shapes.items():
         array = getattr(held_out_runs, name)
         if array.dtype.kind != "f" or array.shape != shape or not np.all(np.abs(array) <= LARGEST):
-            raise InputError(f"{name} of held-out runs must be finite, of shape {shape}")
+            raise InputError(f"{name} of check runs must be finite, of shape {shape}")
     window = np.asarray(held_out_runs.window)
     if not runs or window.shape or window.dtype.kind not in "iu" or not 0 <= window <= times:
-        raise InputError("held-out runs must be some, and their window within the times")
+        raise InputError("there must be check runs, and their window must be within the times")
 
 
 def _check_index(index: np.ndarray, dimension: int) -> None:

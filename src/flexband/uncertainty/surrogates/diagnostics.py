@@ -138,7 +138,7 @@ def missed_part(
 
 
 def trust(
-    labels: xr.DataArray, missed: np.ndarray, of: str = "its variation in held-out runs"
+    labels: xr.DataArray, missed: np.ndarray, of: str = "its variation in check runs"
 ) -> xr.Dataset:
     """Return `trusted`, labelled like a response, and why outputs are not: `of` what is missed."""
     axes = axes_of(labels)

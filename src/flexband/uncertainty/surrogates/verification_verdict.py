@@ -142,7 +142,7 @@ class VerificationVerdict:
             over = " (both are root mean squares over time)" if labels.ndim > 1 else ""
             confidence_text = f"{100 * self.confidence:.0f} % confidence"
             return (
-                f"Estimate confirmed as far as so few runs can tell: {runs} {imply} an error of "
+                f"Estimate confirmed within the scatter of so few runs: {runs} {imply} an error of "
                 f"{size} ({in_percent(self.lower_bound)} or more with {confidence_text}), where "
                 f"{in_percent(self.expected_error)} is expected{over}"
             )

@@ -54,7 +54,9 @@ def judge_by_rows(
     error = np.maximum(error, least_error(F, units)[:, None])
     of_mean = growth(0) if space.random_dimension else 1.0
     band_errors = np.stack([of_mean * error, error])
-    trusted = trust(labels, missed_part(missed[which], F, units), "its variation in rows left out")
+    trusted = trust(
+        labels, missed_part(missed[which], F, units), "its variation in rows that were not fitted"
+    )
     zeros = np.zeros(len(carriers))
     dataset = diagnostics(labels, band_errors, zeros, carriers, trusted, [])
     for band, band_error in zip(("mean", "error_bar"), band_errors, strict=True):

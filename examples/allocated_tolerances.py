@@ -2,7 +2,7 @@
 
 The middle of the coupler has to follow its nominal path within ± 0.45 mm, and the horizontal force
 on bearing D may be 1 % larger than nominal. Which tolerances of four lengths and of the coupler's
-height are the cheapest, and are they kept by 10 000 samples?
+height are the cheapest, and do 10 000 samples meet the requirements?
 """
 
 import numpy as np

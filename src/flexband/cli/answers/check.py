@@ -48,7 +48,7 @@ During = Annotated[
 ]
 Only = Annotated[
     list[str] | None,
-    typer.Option(help="Check only the study's requirements on this output; can be repeated."),
+    typer.Option(help="Use only the study's requirements on this output; can be repeated."),
 ]
 
 

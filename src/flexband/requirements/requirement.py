@@ -30,7 +30,7 @@ NOMINAL = "nominal"
 
 @frozen(eq=False)
 class Requirement:
-    """What an output must stay below, above, between, or near.
+    """Bounds of an output: below or above a limit, between two, or near a curve.
 
     Parameters
     ----------
@@ -44,9 +44,9 @@ class Requirement:
     of : "nominal", the response with all inputs at their nominal values, or a bound like `below`.
     during : first and last time, or value of the last dim, between which it holds, ends included;
         always unless given.
-    criterion : what it takes to meet it: `analysis.WorstCase(sigmas)`, `analysis.Probability` or
-        `analysis.ShareOfParts`; the worst case of μ ± 3σ unless given.
-    unit : of all its numbers, "deg" say; that of the output unless given.
+    criterion : how it is decided whether it is met: `analysis.WorstCase(sigmas)`,
+        `analysis.Probability` or `analysis.ShareOfParts`; the worst case of μ ± 3σ unless given.
+    unit : of all its numbers, such as "deg"; that of the output unless given.
     identifier, source : where it comes from, such as "REQ-12" and the title of a document.
 
     Attributes
@@ -57,8 +57,8 @@ class Requirement:
     Raises
     ------
     InputError
-        If no bound is given, bounds leave nothing between them, a number is not real and finite, or
-        a text or the criterion is none.
+        If no bound is given, the upper bound is not above the lower one, a number is not real and
+        finite, or a text or the criterion is of another type.
 
     Examples
     --------

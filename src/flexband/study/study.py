@@ -45,10 +45,10 @@ class Study(StudyDefinition):
     Raises
     ------
     InputError
-        If the inputs and the response's arguments do not match, the method is none, `sigmas` is
-        not a positive number, `requirements` has something else than a `Requirement`, `units` has a
-        name that is no input's or a unit that is no text, a display unit is unknown or of another
-        dimension, or `title_block` has another name.
+        If the inputs and the response's arguments do not match, `method` is not a method, `sigmas`
+        is not a positive number, `requirements` has something else than a `Requirement`, `units`
+        has a name that is no input's or a unit that is no text, a display unit is unknown or of
+        another dimension, or `title_block` has another name.
 
     Examples
     --------

@@ -29,7 +29,7 @@ def cheapest_grades(
 ) -> Allocated:
     """Return the cheapest grades that keep all margins, watched at `points`; no start x is used.
 
-    At most `max_rounds` choices are tried. A margin below `negative`, in parts of the scale, is
+    At most `max_rounds` choices are tried. A margin below `negative`, relative to the scale, is
     violated.
     """
     grades = worst.tolerances.grades

@@ -47,47 +47,46 @@ from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, checked_sigmas, 
 def check_requirements(
     surrogate: AnySurrogate, requirements: Requirements, *, sigmas: float | None = None
 ) -> xr.Dataset:
-    """Return whether each limit is kept for all values of the interval inputs, and its margin.
+    """Return whether each requirement is met for all values of the interval inputs, and its margin.
 
-    The margin of a limit is how far it is from the error bar μ ± kσ, or, if there are no random
+    The margin is the distance from the error bar μ ± kσ to the limit, or, if there are no random
     inputs, from the range of the response. No runs are made.
 
     Parameters
     ----------
     surrogate : what `expand` returns.
-    limits : a `Requirement` or a `Limit`, or several.
+    requirements : a `Requirement`, or several.
     sigmas : k of the error bar; unless given, that of each requirement's `WorstCase`, or 3.
 
     Returns
     -------
     Dataset with the dim "limit". `margin` is the margin at every time, NaN where nothing is
-    limited; `expected_error` that of the error bar which few times exceed, three times what is
-    expected in the mean; `above` and `below` are the limits.
+    limited; `expected_error` is the error of the error bar that few times exceed, three times the
+    expected mean; `above` and `below` are the limits.
     `least_margin`, `least_margin_error` and `least_margin_at` are the least margin, its expected
     error and the value of the last dim where it is; `margin_between` is the least margin between
-    the times, and `margin_between_after` the time before it; `margin_at_most` is what it is at
-    most; `side` tells whether it is the limit
-    "below" or "above" which is nearest; `worst_inputs`, dims (input, limit), are the values of the
-    interval inputs there, and `worst_choice` the options. `grid_error` is by how much the margin
-    may be less between the times, by cubics and parabolas through the nearest ones, and by what the
-    outputs do there in the runs in which that was looked at (`above_between` of `propagate`); the
-    ends of `during` count as times. `verdict` is "kept" if the margin is more than its errors
-    everywhere, "not kept" if it is below zero by more than the expected error somewhere, at a time
-    or, by all these rules or in all these runs, between two, else "undecided"; `run_required`
-    tells whether runs must agree with the verdict, since the expansion of the output is less
-    accurate than its method was to make it, or impacts turn the motion, and there are no random
-    inputs or another output misses that accuracy.
-    ``attrs["verdict"]`` says this in words, and ``attrs["error"]`` what the expected error is:
+    the times, and `margin_between_after` the time before it; `margin_at_most` is an upper bound of
+    it; `side` is the nearest limit, "below" or "above"; `worst_inputs`, dims (input, limit), are
+    the values of the interval inputs there, and `worst_choice` the options. `grid_error` is by how
+    much the margin may be less between the times, by cubics and parabolas through the nearest ones,
+    and by what the outputs do there in the runs in which that was looked at (`above_between` of
+    `propagate`); the ends of `during` count as times. `verdict` is "kept" (met) if the margin is
+    more than its errors everywhere, "not kept" (violated) if it is below zero by more than the
+    expected error somewhere, at a time or, by all these rules or in all these runs, between two,
+    else "undecided"; `run_required` tells whether runs must agree with the verdict, since the
+    expansion of the output is less accurate than its method was to make it, or impacts turn the
+    motion, and there are no random inputs or another output misses that accuracy.
+    ``attrs["verdict"]`` says this in words. ``attrs["error"]`` is the source of the expected error:
     "error_bar_expected_error", or "not judged by runs": then it is zero, and every verdict is
-    "undecided". `verify` judges a surrogate whose method does not.
-    `requirement`, `identifier`, `source`, `bounds`, `criterion`, `at_most`, `deviations` (k),
-    `stated_unit` and `stated_scale` (this unit in units of the output) are those of the
-    requirements.
+    "undecided". `verify` judges a surrogate whose method does not. `requirement`, `identifier`,
+    `source`, `bounds`, `criterion`, `at_most`, `deviations` (k), `stated_unit` and `stated_scale`
+    (this unit in units of the output) are those of the requirements.
 
     Raises
     ------
     InputError
-        If `surrogate` is none, a limit does not fit its outputs, or `sigmas` is not positive.
+        If `surrogate` is not a surrogate, a requirement does not fit its outputs, or `sigmas` is
+        not positive.
 
     Examples
     --------
@@ -201,7 +200,7 @@ class _Checked:
     ) -> xr.Dataset:
         """Return the result of one combination.
 
-        After impacts, expansions with an error above `max_relative_error`, in parts of the width,
+        After impacts, expansions with an error above `max_relative_error`, relative to the width,
         decide nothing.
         """
         if label not in self.bands:
@@ -357,7 +356,7 @@ def _check_margins(
 
 
 def _relative_errors(bands: xr.Dataset, labels: xr.DataArray) -> xr.DataArray:
-    """Return the error of the expansion of each output in parts of its width, 0 if not known."""
+    """Return the error of the expansion of each output relative to its width, 0 if not known."""
     relative = np.zeros(axes_of(labels).shape)
     if "error_bar_expansion_error" in bands:
         relative = relative_errors(bands, "expansion_error", bands["error_bar"])

@@ -212,7 +212,7 @@ def _variables(space: Space) -> list[str]:
 
 
 def _largest_miss(course: Adaptation) -> str:
-    """Return in words which held-out run is missed by the most, and which input is the hardest."""
+    """Return in words which check run is missed by the most, and which input is the hardest."""
     missed = course.choice.missed
     width = course.error.width[:, None]
     run = int(np.argmax([np.max(np.abs(errors) / width) for errors in missed]))

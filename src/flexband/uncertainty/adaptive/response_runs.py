@@ -104,7 +104,7 @@ class RunBuffer:
 
     @property
     def holdout(self) -> ResponseRuns:
-        """The held-out runs, which come after those of the design."""
+        """The check runs, which come after those of the design."""
         return self.memory.which(slice(self.fit_count, self.count))
 
     def fit(self, new: ResponseRuns) -> None:

@@ -47,7 +47,7 @@ class Correlated:
     Raises
     ------
     InputError
-        If an input is an interval, a field or no distribution, or if there are no variables with
+        If an input is an interval, a field or not a distribution, or if there are no variables with
         these correlations.
 
     Examples

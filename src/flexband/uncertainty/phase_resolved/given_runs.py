@@ -57,7 +57,7 @@ def corrected_expansion(
     units = units_of(labels)
     components = quantities(evaluate, count)
     error = ExpectedError.from_choice(choice, len(holdout.values), F, 1.0, m, units, components)
-    # The error of the bands is that of the method, or follows from the held-out runs.
+    # The error of the bands is that of the method, or follows from the check runs.
     diagnostics = surrogate.diagnostics
     bands = ("mean_expected_error", "error_bar_expected_error")
     if bands[0] in diagnostics:

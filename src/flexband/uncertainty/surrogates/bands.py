@@ -51,7 +51,7 @@ class BandRecord(AttributeRecord):
     sigmas : k of the error bar.
     runs, runs_failed, … : numbers of runs; None where the method counts none of a kind.
     method, inputs, versions, discretization : texts.
-    tolerance, expected_error : in parts of the error bar's width; None without one.
+    tolerance, expected_error : relative to the error bar's width; None without one.
     expected_error_of_runs : that of the intervals that were run, where these are narrowed.
     expansion_error, discretization_error : its parts; a text says if one is not estimated.
     integration_error : what the integration of the moments adds to the expansion's.

@@ -42,7 +42,7 @@ def check(surrogate: Surrogate) -> None:
             f"the expansions must be those of {number_of(outputs, 'output')}, each once; earlier "
             "versions took outputs without a time for one: make the surrogate again"
         )
-    # Check the corrections and the held-out runs.
+    # Check the corrections and the check runs.
     expansions = surrogate.expansions if surrogate.correction else ()
     for expansion, part in zip(expansions, surrogate.correction, strict=True):
         shapes = expansion.hybrid.coefficients.shape[1], part.hybrid.coefficients.shape[1]

@@ -68,7 +68,7 @@ class Unconverged:
     cause: Cause  # why it does not help
     frequency: float  # at which runs on two levels differ most, per unit of time
     steps: float  # steps per period of this frequency; NaN if there is no step
-    error: float  # due to this part, in parts of the error bar's width
+    error: float  # due to this part, relative to the error bar's width
 
 
 def attributes(outputs: Sequence[Unconverged]) -> dict[str, list[Any]]:

@@ -62,7 +62,7 @@ def judge_by_rows(
     for band, band_error in zip(("mean", "error_bar"), band_errors, strict=True):
         dataset[f"{band}_expansion_error"] = labels.dims[1:], band_error.reshape(labels.shape[1:])
     dataset = dataset.assign_attrs(surrogate.diagnostics.attrs)
-    # Errors in parts of the bars' width need the bands.
+    # Errors relative to the bars' width need the bands.
     surrogate = replace(surrogate, diagnostics=dataset, held_out=judges)
     bar = surrogate.bands()["error_bar"].transpose("bound", *labels.dims[1:])
     relative = relative_to_bars(dataset, bar, F, units)

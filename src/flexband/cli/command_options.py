@@ -10,7 +10,7 @@ POLICIES = ("stop", "half-step", "skip")
 Method = Annotated[
     str | None, typer.Option(help="Method, instead of the study's; see --help-methods.")
 ]
-Sigmas = Annotated[float | None, typer.Option(help="k of μ ± kσ (the study's).")]
+Sigmas = Annotated[float | None, typer.Option(help="k of μ ± kσ.  [default: the study's]")]
 Failed = Annotated[
     str, typer.Option(help=f"What to do if a run fails: {', '.join(POLICIES)}.", show_default=False)
 ]

@@ -68,12 +68,17 @@ def run(
     time_limit: TimeLimit = None,
     failed: Failed = "stop",
     batch: Annotated[
-        int, typer.Option(help=f"Largest number of runs in one call ({BATCH}).", show_default=False)
+        int,
+        typer.Option(
+            help=f"Largest number of runs in one call.  [default: {BATCH}]", show_default=False
+        ),
     ] = BATCH,
     store: Annotated[
         bool,
         typer.Option(
-            "--store/--no-store", help="Record each run in the folder (store).", show_default=False
+            "--store/--no-store",
+            help="Record each run in the folder.  [default: store]",
+            show_default=False,
         ),
     ] = True,
     allow_mismatch: AllowMismatch = False,
@@ -153,8 +158,8 @@ def run_plan(
         raise typer.Exit(ExitStatus.WAITING) from None
     except KeyboardInterrupt:
         if options.record and StudyFolder(output).has_record:
-            goes_on = f"`flexband resume {shlex.quote(str(output))}` goes on"
-            Ending.stopped = f"flexband: stopped; {goes_on}"
+            resumption = f"`flexband resume {shlex.quote(str(output))}` continues"
+            Ending.stopped = f"flexband: stopped; {resumption}"
         raise
     print_result(plan, study, result, reported, as_json=as_json, verbose=verbose)
     if result.reused:

@@ -63,9 +63,11 @@ def distribution(
         ),
     ] = None,
     samples: Annotated[
-        int | None, typer.Option(help="Samples of the random inputs (4096).")
+        int | None, typer.Option(help="Number of samples of the random inputs.  [default: 4096]")
     ] = None,
-    seed: Annotated[int | None, typer.Option(help="Seed of the samples (0).")] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of the random samples.  [default: 0]")
+    ] = None,
 ) -> CommandOutput:
     """Bound quantiles, ranges or distribution functions of outputs over the interval inputs.
 

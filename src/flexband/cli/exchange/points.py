@@ -90,7 +90,7 @@ def import_results(
     earlier_runs = (
         f"; {len(point_results) - new} were recorded before" if new < len(point_results) else ""
     )
-    print_text(f"{text}{earlier_runs}. `flexband resume {folder}` goes on")
+    print_text(f"{text}{earlier_runs}. `flexband resume {folder}` continues")
 
 
 def response_elsewhere(study: Study) -> Any:

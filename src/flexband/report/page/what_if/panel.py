@@ -43,11 +43,11 @@ def what_if(
     space = alternatives[0].space
     expansions = [expansion for alternative in alternatives for expansion in alternative.expansions]
     if alternatives[0].time is None:
-        return None, ["Other inputs need new runs here, since the outputs are no series in time."]
+        return None, ["Other inputs need new runs here, since the outputs are not series in time."]
     # A model of each expansion, unless they are too large for a page.
     size = sum(expansion.arrays()["coefficients"].size for expansion in expansions)
     if size > max_coefficients:
-        return None, ["Other inputs are for Python: the surrogate is too large for a page."]
+        return None, ["Use Python for other inputs: the surrogate is too large for a page."]
     outputs = _outputs(alternatives[0].labels, bands)
     scale = np.array(outputs["scale"])
     outputs = _outputs(alternatives[0].labels, display.data(bands))

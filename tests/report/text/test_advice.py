@@ -34,7 +34,7 @@ CASES = {
         [Shortfall.RINGING],
         "F vibrates at 41.8 Hz from the start, by up to 47 % of the band's width; start smoothly",
     ),
-    "step": ({**COARSE, "step_error": 0.06}, [Shortfall.STEP], "give a shorter step, or leave"),
+    "step": ({**COARSE, "step_error": 0.06}, [Shortfall.STEP], "give a shorter step, or omit"),
     "step chosen": (
         {**COARSE, "step_error": 0.06, "halved": ["step"]},
         [Shortfall.STEP],

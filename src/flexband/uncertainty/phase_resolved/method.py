@@ -57,11 +57,11 @@ class PhaseResolvedPCCI(ImprovedPCCI):
     Examples
     --------
     >>> time = np.linspace(0.0, 1.0, 400)
-    >>> def ringing(frequency, size):
+    >>> def vibration(frequency, size):
     ...     return size[:, None] * np.sin(2 * np.pi * frequency[:, None] * time)
     ...
     >>> inputs = {"frequency": fb.Interval(19.0, 21.0), "size": fb.Normal(2.0, 0.1)}
-    >>> bands = fb.propagate(ringing, inputs, fb.methods.PhaseResolvedPCCI(1, 1))
+    >>> bands = fb.propagate(vibration, inputs, fb.methods.PhaseResolvedPCCI(1, 1))
     >>> bands["mean"].values[:, -1].round(2)
     array([-2.,  2.])
     """

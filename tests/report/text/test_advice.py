@@ -38,7 +38,7 @@ CASES = {
     "step chosen": (
         {**COARSE, "step_error": 0.06, "halved": ["step"]},
         [Shortfall.STEP],
-        "NOT met by the discretization: what is given is too coarse",
+        "NOT met by the discretization: the given step or elements are",
     ),
     "elements": (
         {**COARSE, "refined": ["elements"], "elements_error": 0.06},

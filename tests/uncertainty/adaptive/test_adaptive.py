@@ -821,7 +821,7 @@ def test_what_is_given_too_coarsely_is_told_where_the_rest_is_left_out():
     bands = fb.propagate(Open(n=1, left_out=("step",)), inputs, fb.AdaptivePCCI(0.01))
     assert bands.attrs["elements_error"] > 0.01
     assert bands.attrs["step_error"] < 0.005
-    assert "what is given is too coarse" in remarks(bands)[-1]
+    assert "the given step or elements are too coarse" in remarks(bands)[-1]
 
 
 def test_a_response_without_a_finer_one_says_so():

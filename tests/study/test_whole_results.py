@@ -167,7 +167,7 @@ CHARACTERS = "\x1b]0;owned\x07\u202eevil\x9b2J"
 
 def test_control_characters_of_a_file_do_not_reach_the_terminal(tmp_path):
     text = FAILING_ONCE.replace(
-        "fb.Requirement('response', below=3.0)", f"fb.Requirement({CHARACTERS!r}, below=3.0)"
+        'fb.Requirement("response", below=3.0)', f"fb.Requirement({CHARACTERS!r}, below=3.0)"
     )
     file = tmp_path / "study.py"
     out = tmp_path / "out"
@@ -203,7 +203,7 @@ def test_every_command_with_a_verdict_ends_with_its_status(tmp_path, requirement
         "UNDECIDED": 'fb.Requirement("near", below=1.0)',
     }
     text = FAILING_ONCE.replace(
-        "fb.Requirement('response', below=3.0)", f"[{', '.join(map(kinds.get, requirements))}]"
+        'fb.Requirement("response", below=3.0)', f"[{', '.join(map(kinds.get, requirements))}]"
     )
     file = tmp_path / "study.py"
     out = tmp_path / "out"

@@ -45,7 +45,7 @@ def arm(load=1.0, modulus=3e9, backlash=1.5e-3, elbow=PIN, wrist=PIN):
     )  # fmt: skip
 
 
-pins = {name: fb.Play(0.05e-3, constant=True) for name in ("elbow", "wrist")}  # m
+pins = {name: fb.Play(0.05e-3, one_sided=True) for name in ("elbow", "wrist")}  # m
 inputs = {"load": fb.Interval.around(1.0, tolerance=0.05), "modulus": fb.Normal(3e9, cv=0.03),
           "backlash": fb.Interval(1e-3, 2e-3), **pins}  # kg, Pa, rad  # fmt: skip
 limits = [fb.Requirement(f"place {axis}", output=f"load_{axis}", within=1.5e-3, during=(2.0, 3.0))

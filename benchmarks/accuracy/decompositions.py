@@ -17,7 +17,7 @@ import xarray as xr
 import flexband as fb
 from benchmarks.accuracy.cases import cases
 from benchmarks.accuracy.local_mean import SplitExpansion
-from flexband.uncertainty.adaptive.held_out import generic_points
+from flexband.uncertainty.adaptive.held_out_points import generic_points
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.phase_resolved.method import HELD

@@ -47,7 +47,9 @@ ENDS = height(np.array([1.5, 0.5]))
 
 
 def test_peak_of_a_decaying_oscillation(oscillation):
-    derivation = fb.analysis.derived(oscillation, fb.analysis.Peak("x"), sigmas=2, probability=0.9)
+    derivation = fb.analysis.derived(
+        oscillation, fb.analysis.Peak("x"), sigmas=2, probability=0.9, samples=1024
+    )
     z = norm.ppf(0.95)
     np.testing.assert_allclose(derivation["mean"], 3 * ENDS, rtol=1e-3)
     np.testing.assert_allclose(derivation["error_bar"], [2.6 * ENDS[0], 3.4 * ENDS[1]], rtol=2e-3)
@@ -63,7 +65,7 @@ def test_sampling_errors_hold(oscillation):
     count_inside = 0
     for seed in range(10):
         derivation = fb.analysis.derived(
-            oscillation, fb.analysis.Peak("x"), probability=0.8, samples=256, seed=seed
+            oscillation, fb.analysis.Peak("x"), probability=0.8, samples=128, seed=seed
         )
         for name, values in exact.items():
             excess = np.abs(derivation[name].values - values) - 4e-4 * 3  # of the parabola
@@ -72,11 +74,15 @@ def test_sampling_errors_hold(oscillation):
 
 
 def test_time_of_the_peak_and_trough(oscillation):
-    derivation = fb.analysis.derived(oscillation, fb.analysis.PeakTime("x"))
+    derivation = fb.analysis.derived(
+        oscillation, fb.analysis.PeakTime("x"), probability=0.9, samples=256
+    )
     at = np.arctan(OMEGA / np.array([1.5, 0.5])) / OMEGA
     np.testing.assert_allclose(derivation["mean"], at, atol=2e-4)
     assert derivation["mean"].attrs["units"] == "s"
-    lowest = fb.analysis.derived(oscillation, fb.analysis.Trough("x"))["mean"]
+    lowest = fb.analysis.derived(
+        oscillation, fb.analysis.Trough("x"), probability=0.9, samples=256
+    )["mean"]
     exact = -3 * height(np.array([0.5, 1.5])) * np.exp(-np.array([0.5, 1.5]) / 2)
     np.testing.assert_allclose(lowest, exact, rtol=1e-3)
 
@@ -112,7 +118,10 @@ def test_magnitude_of_a_vector(oscillation):
     exact = 3 * np.exp(-np.array([[1.5], [0.5]]) * TIME)
     np.testing.assert_allclose(derivation["mean"], exact, rtol=2e-3)
     assert derivation["mean"].dims == ("bound", "time")
-    peak = fb.analysis.derived(oscillation, fb.analysis.Peak(fb.analysis.Magnitude("x", "y")))
+    peak = fb.analysis.derived(
+        oscillation, fb.analysis.Peak(fb.analysis.Magnitude("x", "y")),
+        probability=0.9, samples=256,
+    )  # fmt: skip
     np.testing.assert_allclose(peak["mean"], 3.0, rtol=1e-3)
 
 
@@ -131,7 +140,7 @@ def test_without_random_inputs_and_without_intervals():
 
 def test_expected_errors_are_carried_over():
     surrogate = fb.expand(decaying, INPUTS, fb.AdaptivePCCI(tolerance=0.1, phase_resolved=False))
-    derivation = fb.analysis.derived(surrogate, fb.analysis.Peak("x"))
+    derivation = fb.analysis.derived(surrogate, fb.analysis.Peak("x"), probability=0.9, samples=256)
     expected_error = derivation["mean_expected_error"].values
     assert (expected_error > 0).all()
     largest = surrogate.diagnostics["error_bar_expected_error"].values.max()

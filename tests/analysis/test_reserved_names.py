@@ -35,12 +35,16 @@ def test_all_variables_of_bands_are_reserved():
 
 
 def least_margin(response):
-    """Return the least margin of the response below 1.5; everything else is asked for, too."""
+    """Return the least margin of the response below 1.5; everything else is asked for, too.
+
+    The probability is asked for last, as it takes the longest where nothing has been refused.
+    """
     surrogate = fb.expand(response, INPUTS, fb.PCCI(1, 1))
     limit = fb.Requirement("response", below=1.5)
-    fb.analysis.failure_probability(surrogate, limit, accuracy=0.2)
+    margin = float(fb.analysis.check_requirements(surrogate, limit)["least_margin"][0])
     fb.analysis.contributions(surrogate)
-    return float(fb.analysis.check_requirements(surrogate, limit)["least_margin"][0])
+    fb.analysis.failure_probability(surrogate, limit, accuracy=0.2)
+    return margin
 
 
 @pytest.mark.parametrize("dim", [False, True])

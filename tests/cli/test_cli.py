@@ -90,7 +90,7 @@ def call_adaptive(file, out, tolerance, *arguments, status=0):
 
 def test_a_tolerance_that_is_not_met_is_reported(study_file, tmp_path):
     out = tmp_path / "out"
-    output = call_adaptive(study_file, out, 1e-9, "--max-runs", 6, status=3)
+    output = call_adaptive(study_file, out, 1e-9, "--max-runs", 6, "--verbose", status=3)
     page = (out / "report.html").read_text(encoding="utf-8")
     for text in (output, page):
         assert "Orders: rate" in text
@@ -101,7 +101,7 @@ def test_a_tolerance_that_is_not_met_is_reported(study_file, tmp_path):
 
 def test_a_tolerance_that_is_met_is_not_mentioned(study_file, tmp_path):
     out = tmp_path / "out"
-    output = call_adaptive(study_file, out, 0.1, "--max-runs", 40)
+    output = call_adaptive(study_file, out, 0.1, "--max-runs", 40, "--verbose")
     page = (out / "report.html").read_text(encoding="utf-8")
     for text in (output, page):
         assert "Orders: rate" in text
@@ -112,7 +112,7 @@ def test_a_tolerance_that_is_met_is_not_mentioned(study_file, tmp_path):
 
 def test_new_runs_verify_a_surrogate(study_file, tmp_path):
     out = tmp_path / "out"
-    output = call_adaptive(study_file, out, 0.001)
+    output = call_adaptive(study_file, out, 0.001, "--verbose")
     page = (out / "report.html").read_text(encoding="utf-8")
     for text in (output, page):
         assert (

@@ -18,9 +18,20 @@ def test_samples_find_as_much_of_the_worst_sum_as_the_page_says():
         assert abs(100 * sums.mean() - int(percent)) < 1.5
 
 
+ROUGHER = {
+    'Peak("height"))': 'Peak("height"), probability=0.9, samples=256)',
+    "response=crank)\nruns[": "response=crank, accuracy=0.1)\nruns[",
+}
+"""Calls of which no number is compared, with fewer samples than by default."""
+
+
 def test_the_code_runs(capsys):
     names = {}
-    for code in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL):
+    page = PAGE
+    for call, cheap in ROUGHER.items():
+        assert call in page
+        page = page.replace(call, cheap)
+    for code in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
         exec(code, names)
     percents = re.findall(r"tolerances: (\d+)%", capsys.readouterr().out)
     assert f"# {', '.join(percents[:3])} and {percents[3]} %" in PAGE

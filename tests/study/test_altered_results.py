@@ -60,6 +60,7 @@ def text_of(result):
     return " ".join(result.output.split())
 
 
+@pytest.mark.usefixtures("no_drawing")
 def test_every_altered_result_is_refused_and_run_restores_it(study_copy):
     study, out = study_copy
     contents = {name: (out / name).read_bytes() for name in RESULTS}

@@ -77,7 +77,7 @@ def study_output(tmp_path_factory):
     """Return the folder of a study with display units, and what its run prints."""
     folder = tmp_path_factory.mktemp("display")
     (folder / "study.py").write_text(STUDY, encoding="utf-8")
-    return folder / "out", call("run", folder / "study.py", "-o", folder / "out")
+    return folder / "out", call("run", folder / "study.py", "-o", folder / "out", "--verbose")
 
 
 def call(*arguments):
@@ -110,6 +110,7 @@ def test_a_study_is_shown_in_display_units_and_kept_in_the_others(study_output):
     ]
 
 
+@pytest.mark.usefixtures("no_drawing")
 def test_answers_are_shown_in_display_units(study_output):
     folder, _ = study_output
     text = call("check", folder, "--trust")

@@ -193,6 +193,7 @@ def content(out):
     return {f: f.read_bytes() for f in files if f.name not in ("holder", "study.lock")}
 
 
+@pytest.mark.usefixtures("no_drawing")
 def test_results_of_another_study_are_replaced_only_if_asked(file, tmp_path, monkeypatch):
     monkeypatch.setattr("flexband.study.comparison.warm_up", lambda *_: None)
     text = file.read_text(encoding="utf-8").replace(

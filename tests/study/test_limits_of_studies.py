@@ -29,6 +29,7 @@ def run(folder, status=0, **parts):
     return " ".join(result.output.split())
 
 
+@pytest.mark.usefixtures("no_drawing")
 def test_a_study_tells_whether_its_limits_are_kept(tmp_path):
     # the highest μ + 3σ is 2.3
     output = run(tmp_path, requirements="fb.Requirement('response', below=2.5)")

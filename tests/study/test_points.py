@@ -70,6 +70,7 @@ def file(tmp_path):
     return path
 
 
+@pytest.mark.usefixtures("no_drawing")
 def test_round_by_round_until_the_method_has_converged(file, tmp_path):
     out = tmp_path / "out"
     rounds = 0

@@ -43,6 +43,7 @@ def run(*arguments, status):
     return " ".join(result.output.split())
 
 
+@pytest.mark.usefixtures("no_drawing")
 @pytest.mark.parametrize("executor", [[], ["--executor", "processes:1"]])
 def test_a_strain_is_kept_with_its_run_and_undecides_a_verdict(tmp_path, executor):
     """The static strain of 12 N is 12 %, which waves in the rod exceed more than twice."""
@@ -104,6 +105,7 @@ study = fb.Study(
 """
 
 
+@pytest.mark.usefixtures("no_drawing")
 def test_shared_reactions_put_only_themselves_in_doubt(tmp_path):
     file = tmp_path / "door.py"
     out = tmp_path / "out"
@@ -139,6 +141,7 @@ study = fb.Study(
 """
 
 
+@pytest.mark.usefixtures("no_drawing")
 def test_an_impulse_undecides_the_forces_that_it_is_in(tmp_path):
     """The centre of the arm moves upwards at once, which takes an impulse of pin_Y alone."""
     file = tmp_path / "crank.py"

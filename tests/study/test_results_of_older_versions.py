@@ -96,6 +96,13 @@ def bob(tmp_path, monkeypatch):
     return unpack(OUTDATED, "bob", tmp_path)
 
 
+@pytest.fixture(scope="module")
+def replacement(tmp_path_factory):
+    """The folder after the study was run anew, and what that said."""
+    folder = unpack(OUTDATED, "bob", tmp_path_factory.mktemp("replaced"))
+    return folder, call("run", folder.with_name("bob.py"), "-o", folder, "--replace")
+
+
 @pytest.mark.parametrize(
     "command",
     [["report"], ["check"], ["contributions"], ["yield"], ["sobol"], ["path", "bob_X", "bob_Y"]],
@@ -114,21 +121,21 @@ def test_status_says_that_results_are_outdated(bob):
     assert "PASS" not in output
 
 
-def test_outdated_runs_are_not_used(bob):
+def test_outdated_runs_are_not_used(bob, replacement):
     refusal = call("run", bob.with_name("bob.py"), "-o", bob, status=1)
     assert "flexband's mechanics changed" in refusal
     assert "`flexband run --replace`" in refusal
     assert "PASS" not in refusal
-    second = call("run", bob.with_name("bob.py"), "-o", bob, "--replace")
+    folder, second = replacement
     assert "PASS" in second
-    assert AGAIN not in call("status", bob)
+    assert AGAIN not in call("status", folder)
 
 
 @pytest.mark.parametrize(("field", "word"), [("runs", "runs"), ("answers", "answers")])
-def test_a_number_that_rises_makes_results_outdated(bob, field, word, monkeypatch):
-    call("run", bob.with_name("bob.py"), "-o", bob, "--replace")
+def test_a_number_that_rises_makes_results_outdated(replacement, field, word, monkeypatch):
+    folder, _ = replacement
     numbering = NUMBERING._replace(**{field: getattr(NUMBERING, field) + 1})
     monkeypatch.setattr("flexband.basics.computation.NUMBERING", numbering)
-    assert f"computes {word} otherwise now" in call("report", bob, status=1)
+    assert f"computes {word} otherwise now" in call("report", folder, status=1)
     with pytest.raises(InputError, match=f"computes {word} otherwise now"):
-        fb.load_surrogate(bob / "surrogate.npz")
+        fb.load_surrogate(folder / "surrogate.npz")

@@ -69,6 +69,7 @@ def test_a_result_that_is_there_is_read(file, tmp_path):
     xr.testing.assert_equal(second.limits.margins, first.limits.margins)
 
 
+@pytest.mark.usefixtures("no_drawing")
 def test_a_result_without_its_limits_is_computed_again(file, tmp_path):
     study = load_study(file)
     folder = tmp_path / "out"
@@ -140,7 +141,8 @@ def test_the_command_line_shows_the_result_of_a_program(file, tmp_path):
     assert invocation.exit_code == 0, invocation.output
     text = " ".join(invocation.output.split())
     assert "no run was made" in text
-    assert f"AdaptivePCCI, {result.runs} runs" in text or f"{result.runs} runs" in text
+    made = result.runs + result.verification_runs
+    assert f"report.html ({made} runs, " in text
     assert "PASS response below 4: met with a margin of" in text
     assert (folder / "report.html").is_file()
     refusal = CliRunner().invoke(app, ["resume", str(folder)])

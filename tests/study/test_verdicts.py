@@ -167,6 +167,7 @@ study = fb.Study(
 """
 
 
+@pytest.mark.usefixtures("no_drawing")
 def test_every_criterion_is_judged_from_the_file_to_the_page(tmp_path):
     """|a + b| > 1 has the share 1/4; y is beyond 5.015 with Φ(−1.5) = 0.067, if a + b = 2.
 

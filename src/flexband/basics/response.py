@@ -95,6 +95,10 @@ class Response(ABC):
         """Return the response whose motion starts at rest within a duration [s]; None if none."""
         return None
 
+    def free_bodies(self, **values: Any) -> list[str]:
+        """Return the bodies whose motion is not prescribed, as far as that is known."""
+        return []
+
     def instantaneous(self, **values: Any) -> list[str] | None:
         """Return the outputs that follow from the inputs' values of one instant; None if unknown.
 
@@ -111,9 +115,9 @@ def as_response(function: ResponseFunction) -> Response:
 class FunctionResponse(Response):
     """A user's function as a response.
 
-    It may have the methods `at_more_times` and `instantaneous` of a `Response`, and one for each
-    field of a `Description`, which takes the values of a call. A method ``refined()`` that returns
-    one finer response is enough for estimates.
+    It may have the methods `at_more_times`, `instantaneous` and `free_bodies` of a `Response`, and
+    one for each field of a `Description`, which takes the values of a call. A method ``refined()``
+    that returns one finer response is enough for estimates.
     """
 
     def __init__(self, function: ResponseFunction) -> None:
@@ -144,6 +148,9 @@ class FunctionResponse(Response):
     def at_more_times(self, **values: Any) -> Response | None:
         response = self._answer("at_more_times", None, {})
         return None if response is None else as_response(response)
+
+    def free_bodies(self, **values: Any) -> list[str]:
+        return self._answer("free_bodies", [], values)
 
     def instantaneous(self, **values: Any) -> list[str] | None:
         return self._answer("instantaneous", None, values)
@@ -180,6 +187,9 @@ class WrappingResponse(FunctionResponse):
 
     def description(self, **values: Any) -> Description:
         return as_response(self.function).description(**values)
+
+    def free_bodies(self, **values: Any) -> list[str]:
+        return as_response(self.function).free_bodies(**values)
 
     def instantaneous(self, **values: Any) -> list[str] | None:
         return as_response(self.function).instantaneous(**values)

@@ -48,7 +48,7 @@ AllowMismatch = Annotated[
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Verbose = Annotated[
     bool,
-    typer.Option("--verbose", help="Also print how the result was computed, and all remarks."),
+    typer.Option("--verbose", help="Also print tables and all remarks."),
 ]
 
 

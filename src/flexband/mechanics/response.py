@@ -19,7 +19,7 @@ from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.branches import Branch
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.engine.threads import thread_count
-from flexband.mechanics.linearization.mobility import instantaneous
+from flexband.mechanics.linearization.mobility import free_bodies, instantaneous
 from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.model.parts import name_errors
 from flexband.mechanics.simulate import TimeGrid, simulate_system, whole_steps
@@ -69,6 +69,9 @@ class MechanismResponse(Response):
     def branch(self) -> str:
         """Where bodies' angles are at the nominal values, if that is far from 0."""
         return str(self.nominal_branch or "")
+
+    def free_bodies(self, **values: Argument) -> list[str]:
+        return free_bodies(self.built(values))
 
     def components(self, mechanism: Mechanism) -> tuple[list[str], list[str]]:
         """Return the vector or tensor of each output, by sensor and unit, and all tensors."""

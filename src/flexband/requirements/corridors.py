@@ -23,6 +23,9 @@ Bound = float | np.ndarray | xr.DataArray | Callable[[np.ndarray], ArrayLike] | 
 
 FOR_CONSTANT_OFFSETS = "for constant offsets of pins and guides"
 
+ONE_SIDED = "If loads keep each pin on one side of its hole, write Play(…, one_sided=True)"
+"""What decides such requirements."""
+
 
 Window = tuple[float, float]
 """First and last time at which bounds hold."""
@@ -117,9 +120,7 @@ def check_instantaneous(
         if has_constant_offsets(corridor, attrs) and not attrs["offsets_stated"]:
             raise InputError(
                 f"{name}: bounds of {corridor.output} are for constant offsets of pins and guides "
-                "only, so they decide no requirement. Bounds of positions and angles hold in "
-                "general if the motion is prescribed. If loads hold the pins on one side, write "
-                "Play(…, constant=True)"
+                f"only, so they decide no requirement. {ONE_SIDED}"
             )
 
 

@@ -7,7 +7,7 @@ from scipy.special import ndtri
 
 import flexband as fb
 
-TIME = np.linspace(0.0, 2 * np.pi, 61)
+TIME = np.linspace(0.0, 2 * np.pi, 31)
 
 
 def linear(a, b):

@@ -11,6 +11,7 @@ import flexband as fb
 from flexband.analysis.probability.estimates import clear
 from flexband.report.page.answers import limits_table
 from flexband.report.text.drawable import is_likely
+from tests.rough import search_roughly
 
 NORMAL = fb.Normal(0.0, 1.0)
 T = np.linspace(0.0, 1.0, 41)
@@ -160,7 +161,7 @@ def test_intervals_and_random_inputs_together():
     value, _, high = bounds(rare)
     assert value[0] == 0.0
     assert exact(-1, -1, 8.0) < high[0] < 1e-10
-    assert "from below" in rare.attrs["verdict"]
+    assert f"violated with P ≤ {100 * value[1]:.3g} %" in rare.attrs["verdict"]
     assert value[1] == pytest.approx(exact(1, 1, 8.0), rel=0.08)
 
 
@@ -333,13 +334,14 @@ def test_a_limit_that_one_corner_breaks_beside_one_that_chance_breaks(seed):
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_leaving_any_limit_is_as_likely_as_leaving_one_of_them(seed):
+def test_leaving_any_limit_is_as_likely_as_leaving_one_of_them(seed, monkeypatch):
     def response(**inputs):
         y = np.stack(tolerances_and_chance(inputs), axis=1)[:, :, None] * np.ones(3)
         return xr.DataArray(y, {"output": ["a", "b"]}, ("sample", "output", "time"))
 
     surrogate = fb.expand(response, FIVE, fb.AdaptivePCCI())
     limits = [fb.Requirement("a", below=4.9), fb.Requirement("b", below=1.8)]
+    search_roughly(monkeypatch)
     probabilities = fb.analysis.failure_probability(surrogate, limits, seed=seed)
     for name in ("probability", "between_times", "at_each_time"):
         values = probabilities[name].fillna(0.0)
@@ -422,12 +424,12 @@ def test_runs_correct_a_wrong_surrogate():
     exact = np.trapezoid(norm.pdf(x) * (torn(x)[:, 0] > 2.5), x)
     estimates = [
         fb.analysis.failure_probability(line, limit, response=torn, runs=32, seed=k)
-        for k in range(25)
+        for k in range(18)
     ]
     value, low, high = np.array([bounds(estimate)[:, 0] for estimate in estimates]).T
-    assert sum(estimate["disagreements"].values[0, 0] > 0 for estimate in estimates) > 5
-    assert np.sum((low <= exact) & (exact <= high)) >= 23
-    assert abs(value.mean() - exact) < 3 * value.std() / 5
+    assert sum(estimate["disagreements"].values[0, 0] > 0 for estimate in estimates) > 4
+    assert np.sum((low <= exact) & (exact <= high)) >= 17
+    assert abs(value.mean() - exact) < 3 * value.std() / np.sqrt(18)
     assert np.all(high - low > 0.02 * exact)  # not a bare number where nothing disagreed
 
 

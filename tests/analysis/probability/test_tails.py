@@ -69,7 +69,7 @@ def test_a_truss_leaves_its_limits_as_published():
             surrogate_value = float(probabilities["surrogate_probability"].sel(bound="upper")[0])
             assert 0.3 * exact < surrogate_value < 3 * exact
             assert (
-                f"below 0.0001; the surrogate alone finds {surrogate_value:.2g}"
+                f"P ≤ 0.01 %; the surrogate alone finds {100 * surrogate_value:.2g} %"
                 in probabilities.attrs["verdict"]
             )
             assert "response=" in probabilities.attrs["verdict"]

@@ -66,7 +66,7 @@ study = fb.Study(response, inputs, fb.PCCI(1, 1))
 
 def test_a_probability_and_a_size(tmp_path):
     (tmp_path / "scatter.py").write_text(SCATTER, encoding="utf-8")
-    result = run("run", tmp_path / "scatter.py", "-o", tmp_path / "out", "--verify", 0)
+    result = run("run", tmp_path / "scatter.py", "-o", tmp_path / "out", "--verify", 0, "--verbose")
     assert "over all values of b" in " ".join(result.output.split())
     options = ("--above", "y=-1", "--below", "y=8", "--cost", "a=1", "--probability", 0.01)
     allocation = json.loads(run("allocate", tmp_path / "out", *options, "--json").stdout)

@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 
 import flexband as fb
 from flexband.cli import app
+from tests.rough import search_roughly
 
 
 def response(e, x):
@@ -26,7 +27,8 @@ def folder(tmp_path_factory):
     return place
 
 
-def test_limits_are_checked_and_written(folder):
+def test_limits_are_checked_and_written(folder, monkeypatch):
+    search_roughly(monkeypatch)
     options = ["check", str(folder), "--below", "a=1.35", "--above", "a=-1.5", "--accuracy", "0.1"]
     result = CliRunner().invoke(app, options)
     assert result.exit_code == 5, result.output
@@ -39,7 +41,8 @@ def test_limits_are_checked_and_written(folder):
     assert 0 <= lower < upper < 0.02
 
 
-def test_limits_of_the_study_are_those_by_default(tmp_path):
+def test_limits_of_the_study_are_those_by_default(tmp_path, monkeypatch):
+    search_roughly(monkeypatch)
     study = """
 import numpy as np
 import flexband as fb

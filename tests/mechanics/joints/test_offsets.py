@@ -65,7 +65,7 @@ def test_only_positions_of_a_prescribed_motion_carry_requirements():
 
 def test_offsets_that_are_stated_to_be_constant_carry_requirements_with_these_words():
     response = fb.dynamic_response(four_bar, duration=0.1, step=0.05)
-    inputs = {"pin0": fb.Play(1e-3, constant=True), "pin1": fb.Play(1e-3, constant=True)}
+    inputs = {"pin0": fb.Play(1e-3, one_sided=True), "pin1": fb.Play(1e-3, one_sided=True)}
     surrogate = fb.expand(response, inputs, fb.methods.RegressionPCCI(1))
     limits = [fb.Requirement("rate", below=10.0), fb.Requirement("out", below=10.0)]
     words = fb.analysis.check_requirements(surrogate, limits).attrs["verdict"]

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 import flexband as fb
 from flexband.mechanics.joints.joint import PairJoint
 from flexband.mechanics.kernels.forms import at_point, constant_vector, dot, subtract
-from flexband.mechanics.kernels.relations import (
+from flexband.mechanics.kernels.relation_forms import (
     across,
     alignment,
     meet,

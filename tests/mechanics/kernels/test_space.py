@@ -20,7 +20,7 @@ from flexband.mechanics.kernels.forms import (
     scale,
     subtract,
 )
-from flexband.mechanics.kernels.relations import meet, parallel, turn
+from flexband.mechanics.kernels.relation_forms import meet, parallel, turn
 from flexband.mechanics.loads.load import Entries, SpringEntry
 from tests.mechanics.space import INERTIA, MASS, Coordinates, SpatialBody, axes_of
 

@@ -1,12 +1,15 @@
 """Which input matters most is told for the outputs that have limits, or for each output."""
 
+import re
+
 import numpy as np
 import xarray as xr
 
 import flexband as fb
+from flexband.analysis.limits.limit_verdicts import LimitCheck, requirement_verdicts
 from flexband.report.page.definitions import definitions
-from flexband.report.page.verdict import verdict, what_matters
 from flexband.report.text import band_tables
+from flexband.report.text.headline import accuracy_line, headline, what_matters
 from flexband.study.results.reliability import Doubt, DoubtKind
 
 T = np.linspace(0.0, 1.0, 101)
@@ -25,31 +28,29 @@ SURROGATE = fb.expand(response, INPUTS, fb.AdaptivePCCI())
 SHARES = fb.analysis.contributions(SURROGATE)
 
 
-def test_with_limits_it_is_that_of_the_limit_with_the_least_margin():
-    by_time = [
-        (
-            [
-                fb.Requirement("near", below=0.2, during=(0.9, 1.0)),
-                fb.Requirement("far", below=50.0),
-            ],
-            "b",
-        ),
-        ([fb.Requirement("near", below=0.2, during=(0.0, 0.1))], "a"),
-    ]
-    for limits, name in by_time:
-        text = what_matters(SHARES, fb.analysis.check_requirements(SURROGATE, limits))
-        assert f"for the limit near below 0.2 from {limits[0].during[0]:g}" in text
-        assert f" is {name}: without its uncertainty, the error bar would be " in text
-        assert "where its margin is least" in text
-        assert ("; for far below 50, it is a (100 %)." in text) == (len(limits) == 2)
+def verdicts_of(*limits):
+    margins = fb.analysis.check_requirements(SURROGATE, list(limits))
+    return requirement_verdicts(LimitCheck(margins, None, written=False), SHARES, None)
 
 
-def test_without_limits_it_is_told_of_every_output():
-    text = what_matters(SHARES, None)
-    assert "is a for far (without its uncertainty, the error bar would be 100 % narrower" in text
-    assert "a for near (" in text
-    single = what_matters(SHARES.sel(output=["far"]), None)
-    assert single.startswith("What matters most is a: without its uncertainty")
+def test_with_requirements_it_is_that_of_each_around_its_least_margin():
+    late = fb.Requirement("end", "near", below=0.2, during=(0.9, 1.0))
+    early = fb.Requirement("start", "near", below=0.2, during=(0.0, 0.1))
+    far = fb.Requirement("reach", "far", below=50.0)
+    text = what_matters(SHARES, verdicts_of(late, far))
+    assert re.fullmatch(
+        r"What matters most: b for end \(\d\d % of the width\), a for reach \(100 %\)\.", text
+    )
+    assert re.fullmatch(
+        r"What matters most: a \(\d+ % of the width\)\.", what_matters(SHARES, verdicts_of(early))
+    )
+
+
+def test_without_requirements_it_is_told_of_every_output():
+    text = what_matters(SHARES, [])
+    assert text.startswith("What matters most: a for far (100 % of the width), a for near (")
+    single = what_matters(SHARES.sel(output=["far"]), [])
+    assert single == "What matters most: a (100 % of the width)."
 
 
 def test_definitions_are_those_of_what_the_study_has():
@@ -68,22 +69,19 @@ def test_definitions_are_those_of_what_the_study_has():
 def test_doubts_and_confirmed_errors_do_not_contradict_each_other():
     verification = fb.verify(SURROGATE, response).verification
     assert verification.attrs["confirmed"] == "yes"
-    agree = "16 verification runs agree with this estimate."
     doubt = Doubt(DoubtKind.TOLERANCE_NOT_MET, 0.06, 0.02)
     for doubts, first in (
         ([], "Estimated accuracy: ±"),
         ([doubt], "Accuracy target missed (6 % instead of 2 %)."),
         ([Doubt(DoubtKind.NOT_TRUSTED)], "Not reliable: the method does not trust its result."),
     ):
-        lines = verdict({"doubts": doubts}, SURROGATE.bands(), verification, SHARES, None)
+        lines = headline(doubts, [], SURROGATE.bands(), verification, SHARES, None)
         assert lines[0].startswith(first)
-        assert agree in lines
+        assert sum(line.endswith(", checked by 16 new runs.") for line in lines) == 1
     opening = "Estimate confirmed: 16 verification runs"
     assert band_tables.remarks(SURROGATE.bands(), verification)[0].startswith(opening)
     larger = verification.assign(implied_error=2 * verification["expected_error"])
-    assert band_tables.checked_in_words(larger).endswith(
-        "this estimate, as far as so few can tell."
-    )
+    assert accuracy_line(SURROGATE.bands(), larger).endswith(", not contradicted by 16 new runs.")
     not_trusted = SURROGATE.bands().assign_attrs(not_trusted="far (60 % of it is missed)")
     not_trusted["trusted"] = not_trusted["trusted"].copy(data=[False, True])
     _, rows = band_tables.summary_table(not_trusted, verification)

@@ -31,7 +31,7 @@ from benchmarks.accuracy.formulas import (
 )
 from flexband.report.text.band_tables import expected_errors, remarks
 from flexband.study.comparison import relative_error
-from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
+from flexband.uncertainty.adaptive.held_out_points import extreme_places, generic_points
 from flexband.uncertainty.adaptive.nested_design import NestedDesign
 from flexband.uncertainty.adaptive.rare_values import RareValues
 from flexband.uncertainty.adaptive.response_runs import ResponseRuns, successful_runs
@@ -131,7 +131,7 @@ def test_a_polynomial_is_found_exactly_with_its_own_orders():
 
 @pytest.mark.parametrize("f", [wave, damped_oscillation, two_carriers])
 def test_fourteen_fitted_runs_follow_twenty_periods(f):
-    case = formula(f)
+    case = formula(f, every=2)
     bands = fb.propagate(case.response, case.inputs, fb.AdaptivePCCI(0.01))
     truth = case.reference()
     assert bands.attrs["runs_fitted"] == 14
@@ -248,7 +248,7 @@ def true_error(bands, truth):
 
 @pytest.mark.parametrize("f", [fading_carrier, chirp, bifurcation, beating, pulse])
 def test_no_convergence_is_claimed_that_is_not_there(f):
-    case = formula(f)
+    case = formula(f, every=2)
     bands = fb.propagate(case.response, case.inputs, fb.AdaptivePCCI(0.01, max_runs=40))
     true = true_error(bands, case.reference())
     wrong = f in (chirp, bifurcation, pulse)

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import minimize
 
 import flexband as fb
-from flexband.uncertainty.adaptive.held_out import generic_points
+from flexband.uncertainty.adaptive.held_out_points import generic_points
 from flexband.uncertainty.expansions.bounds.discs import RADIUS, in_discs
 from flexband.uncertainty.expansions.bounds.extremes import extremes
 from flexband.uncertainty.expansions.families import HERMITE

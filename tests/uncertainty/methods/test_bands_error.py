@@ -5,7 +5,7 @@ import pytest
 
 import flexband as fb
 from flexband.analysis.labelled_answers import expected_error
-from flexband.uncertainty.adaptive.held_out import generic_points
+from flexband.uncertainty.adaptive.held_out_points import generic_points
 from flexband.uncertainty.expansions.families import HERMITE
 from flexband.uncertainty.phase_resolved.method import HELD
 from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME

@@ -8,10 +8,11 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import flexband as fb
+from flexband.analysis.limits.limit_verdicts import LimitCheck, requirement_verdicts
 from flexband.basics.rounding import Units
 from flexband.cli import app
-from flexband.report.page.verdict import what_matters
 from flexband.report.text import band_tables
+from flexband.report.text.headline import accuracy_line, what_matters
 from flexband.uncertainty.surrogates.axes import units_of
 
 T = np.linspace(0.0, 1.0, 11)
@@ -62,7 +63,7 @@ def test_constants_are_named_and_judged_by_nothing(surrogate):
     assert rows[2][1:3] == ["0 … 0", "0 … 0"]
     assert verification["confirmed"].values.all()
     assert float((verification["implied_error"] / verification["bar_width"]).max()) <= 2e-5
-    assert band_tables.error_in_words(bands).split(" for ")[1].startswith("y,")
+    assert accuracy_line(bands, None).split(" for ")[1].startswith("y,")
 
 
 def test_a_constant_that_new_runs_leave_is_told():
@@ -78,20 +79,23 @@ def test_a_constant_that_new_runs_leave_is_told():
     assert verification["missed"].sel(output="c") > 0.01
 
 
+def verdicts_of(contributions, margins):
+    return requirement_verdicts(LimitCheck(margins, None, written=False), contributions, None)
+
+
 def test_contributions_and_narrowing_leave_constants_out(surrogate, tmp_path):
     contributions = fb.analysis.contributions(surrogate)
     assert contributions["varies"].values.tolist() == [True, False, False, False]
     assert not contributions["mean_share"].sel(output=MIN_SPEED).values.any()
-    result = what_matters(contributions, None)
-    assert result.startswith("What matters most is k: without its uncertainty")
+    assert what_matters(contributions, []).startswith("What matters most: k (")
     limits = fb.analysis.check_requirements(
         surrogate, [fb.Requirement("c", below=3.0), fb.Requirement("y", below=2.0)]
     )
-    assert what_matters(contributions, limits).startswith(
-        "What matters most for the limit y below 2 is k"
+    assert what_matters(contributions, verdicts_of(contributions, limits)).startswith(
+        "What matters most: k ("
     )
     of_constant = fb.analysis.check_requirements(surrogate, fb.Requirement("c", below=3.0))
-    assert "No input matters" in what_matters(contributions, of_constant)
+    assert all(verdict.input_share == 0 for verdict in verdicts_of(contributions, of_constant))
     assert not fb.analysis.sobol_indices(surrogate)["defined"].sel(output=MIN_SPEED).values.any()
     fb.save_surrogate(surrogate, tmp_path / "surrogate.npz")
     for command in (["narrow", "k=1.05..1.1"], ["contributions"], ["tolerance", "k"]):

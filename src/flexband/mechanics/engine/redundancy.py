@@ -134,6 +134,13 @@ def dependent(system: System, z: np.ndarray, sample: int = 0) -> tuple[int, list
     return ways.shape[1], _joints(_owners(system, np.abs(ways).max(axis=1, initial=0.0) > 1e-6))
 
 
+def free_bodies(system: System, z: np.ndarray, sample: int = 0) -> list[str]:
+    """Return the bodies that can move while all constraints are met, in their order."""
+    directions = np.abs(null_space(_unit_jacobian(system, z, sample), rcond=RANK))
+    moving = directions.max(axis=1, initial=0.0) > 1e-6
+    return [name for name, rows in system.model.node_vectors.items() if moving[rows - 1].any()]
+
+
 def joints_that_share(system: System, z: np.ndarray, sample: int) -> list[str]:
     """Return the joints whose forces are not unique; warn if constraints almost depend."""
     count, joints = dependent(system, z, sample)

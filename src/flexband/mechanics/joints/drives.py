@@ -34,7 +34,7 @@ from flexband.mechanics.kernels.forms import (
     section_normal,
     subtract,
 )
-from flexband.mechanics.kernels.relations import alignment, along
+from flexband.mechanics.kernels.relation_forms import alignment, along
 
 GROUND = (0.0, 0.0)
 

@@ -24,7 +24,7 @@ from flexband.mechanics.joints.joint import (
     straight,
 )
 from flexband.mechanics.kernels.forms import Form, angle, dot, scale, section_normal, subtract
-from flexband.mechanics.kernels.relations import along, turn
+from flexband.mechanics.kernels.relation_forms import along, turn
 
 
 @frozen()

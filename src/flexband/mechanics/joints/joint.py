@@ -29,7 +29,7 @@ from flexband.mechanics.kernels.forms import (
     scale,
     subtract,
 )
-from flexband.mechanics.kernels.relations import turn
+from flexband.mechanics.kernels.relation_forms import turn
 
 PointName = str | Point
 """A point of a body by name, or coordinates (X, Y) [m] of a point of the ground."""

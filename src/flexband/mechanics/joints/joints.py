@@ -58,7 +58,7 @@ from flexband.mechanics.kernels.forms import (
     section_normal,
     subtract,
 )
-from flexband.mechanics.kernels.relations import across, alignment, along, meet, parallel, turn
+from flexband.mechanics.kernels.relation_forms import across, alignment, along, meet, parallel, turn
 
 
 class AlignedJoint(PairJoint):

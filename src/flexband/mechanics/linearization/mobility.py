@@ -8,9 +8,9 @@ import numpy as np
 
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.system import System, assemble
+from flexband.mechanics.engine import redundancy
 from flexband.mechanics.engine.batch import begin
 from flexband.mechanics.engine.failures import raise_failures
-from flexband.mechanics.engine.redundancy import dependent
 from flexband.mechanics.engine.threads import while_compiling
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.model.mechanism import Mechanism
@@ -31,13 +31,19 @@ class Mobility(NamedTuple):
         values = pack(system, AT_START)(0)
         work, failure = while_compiling(lambda: begin(system, values))
         raise_failures(failure.T[: min(system.samples, WIDTH)], system, np.zeros(1))
-        return Mobility(system, work.z, *dependent(system, work.z[:, 0]))
+        return Mobility(system, work.z, *redundancy.dependent(system, work.z[:, 0]))
 
     @property
     def degrees_of_freedom(self) -> int:
         """The number of coordinates that no constraint determines."""
         coordinates = self.system.structure.state.coordinates
         return coordinates - len(self.system.constraints) + self.redundant
+
+
+def free_bodies(mechanism: Mechanism) -> list[str]:
+    """Return the bodies whose motion no joint prescribes at the start."""
+    mobility = Mobility.from_mechanism(mechanism)
+    return redundancy.free_bodies(mobility.system, mobility.z[:, 0])
 
 
 def instantaneous(mechanism: Mechanism) -> list[str]:

@@ -19,7 +19,7 @@ from flexband.mechanics.contact.friction import (
 )
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.kernels.forms import Form, Vector
-from flexband.mechanics.kernels.relations import turn
+from flexband.mechanics.kernels.relation_forms import turn
 from flexband.mechanics.loads.load import Entries, InTime, LoadModel, PairLoad, in_time
 
 

@@ -13,7 +13,7 @@ from flexband.errors import InputError
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.kernels.forms import Form, TimeFunction, at_point, moves, section_normal
-from flexband.mechanics.kernels.relations import moment
+from flexband.mechanics.kernels.relation_forms import moment
 from flexband.mechanics.loads.load import (
     Entries,
     FollowingEntry,

@@ -17,7 +17,7 @@ from flexband.mechanics.joints.gears import Rack
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.joints.joints import Revolute
 from flexband.mechanics.kernels.forms import TimeFunction
-from flexband.mechanics.kernels.relations import along
+from flexband.mechanics.kernels.relation_forms import along
 from flexband.mechanics.model.mechanism import Mechanism
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.mechanics.joints.joint import PairJoint, PointName
-from flexband.mechanics.kernels.relations import along
+from flexband.mechanics.kernels.relation_forms import along
 from flexband.mechanics.loads.load import PairLoad
 from flexband.report.shapes.scene import Scene
 from flexband.report.shapes.shapes import (

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from flexband.mechanics.configuration import Configuration
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.kernels.forms import Form, Vector, section_normal
-from flexband.mechanics.kernels.relations import along
+from flexband.mechanics.kernels.relation_forms import along
 from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.sensors.forces import Reaction
 from flexband.mechanics.sensors.motion import Sensor, SensorModel

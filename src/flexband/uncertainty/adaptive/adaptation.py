@@ -13,7 +13,7 @@ from flexband.errors import InputError, RunError
 from flexband.uncertainty.adaptive.choice import BestFits, release
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import BATCH, PartsFit, Split, compared_times
-from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
+from flexband.uncertainty.adaptive.held_out_points import extreme_places, generic_points
 from flexband.uncertainty.adaptive.nested_design import (
     MIN_RUNS,
     NestedDesign,

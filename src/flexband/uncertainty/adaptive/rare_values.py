@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import chdtrc, chdtri, ndtri
 
-from flexband.uncertainty.adaptive.held_out import TIE_DIGITS
+from flexband.uncertainty.adaptive.held_out_points import TIE_DIGITS
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.sampling import of_normals, sobol
 

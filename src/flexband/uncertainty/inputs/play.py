@@ -26,7 +26,7 @@ class FreePair(Input):
     size_name: ClassVar[str]  # name of the size among the fields
     parts: ClassVar[tuple[str, str]]  # names of both numbers in results
     in_disc: ClassVar[bool] = False  # whether the set is a disc of η, and not their square
-    constant: bool  # whether the pair stays where it is in a motion
+    one_sided: bool  # whether loads keep the pair in one place during a run
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -36,7 +36,7 @@ class FreePair(Input):
             size = float(check_numbers(label, size))
             object.__setattr__(self, self.size_name, size)
         check_positive(label, np.array(size.lower if isinstance(size, Interval) else size))
-        check_flag(f"{type(self).__name__} constant", self.constant)
+        check_flag(f"{type(self).__name__} one_sided", self.one_sided)
 
     @property
     def dimension(self) -> int:
@@ -99,13 +99,14 @@ class Play(FreePair):
     radius : of the hole less that of the pin; of an `Interval`, as after wear, the upper end.
     within : for probabilities, where the pins of a production are: uniform in the "disc", or on its
         "rim", where forces hold them.
-    constant : whether the pin stays in place in its hole, for instance because a load holds it on
-        one side. Requirements on bounds for constant offsets are then allowed.
+    one_sided : whether loads keep the pin on one side of its hole during a run, so that its place
+        is the same at all times. Requirements on outputs that depend on how the pin moves are
+        decided only then.
 
     Raises
     ------
     InputError
-        If the radius is not positive, or `within` or `constant` is something else.
+        If the radius is not positive, or `within` or `one_sided` is something else.
 
     Examples
     --------
@@ -117,7 +118,7 @@ class Play(FreePair):
 
     radius: float | Interval
     within: str = "disc"
-    constant: bool = False
+    one_sided: bool = False
 
     size_name = "radius"
     parts = ("x", "y")
@@ -150,12 +151,12 @@ class GuidePlay(FreePair):
     ----------
     clearance : c on each side; of an `Interval`, the upper end.
     length : ℓ of the slider.
-    constant : as of `Play`.
+    one_sided : as of `Play`.
 
     Raises
     ------
     InputError
-        If a number is not positive, or `constant` is something else.
+        If a number is not positive, or `one_sided` is something else.
 
     Examples
     --------
@@ -167,7 +168,7 @@ class GuidePlay(FreePair):
 
     clearance: float | Interval
     length: float
-    constant: bool = False
+    one_sided: bool = False
 
     size_name = "clearance"
     parts = ("offset", "angle")

@@ -10,7 +10,7 @@ from flexband.errors import RunError
 from flexband.uncertainty.adaptive.choice import BestFits
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import PartsFit
-from flexband.uncertainty.adaptive.held_out import generic_points
+from flexband.uncertainty.adaptive.held_out_points import generic_points
 from flexband.uncertainty.adaptive.response_runs import (
     MIN_HELD,
     RareRuns,

@@ -12,7 +12,7 @@ from flexband.uncertainty.adaptive.adaptive_surrogate import expectations
 from flexband.uncertainty.adaptive.choice import BestFits
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import PartsFit
-from flexband.uncertainty.adaptive.held_out import generic_points
+from flexband.uncertainty.adaptive.held_out_points import generic_points
 from flexband.uncertainty.adaptive.rare_values import RareValueOptions, RareValues
 from flexband.uncertainty.adaptive.response_runs import RareRuns, ResponseRuns
 from flexband.uncertainty.inputs.space import Space, check_no_play

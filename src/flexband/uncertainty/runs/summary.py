@@ -56,9 +56,9 @@ def attributes(runs: CountedRuns, of_method: Mapping[str, Any]) -> dict[str, Any
 
 
 def _constant_offsets(runs: CountedRuns) -> dict[str, Any]:
-    """Return the outputs whose bounds hold for plays that are constant in each run only.
+    """Return the outputs whose bounds hold for pins that stay in place in each run only.
 
-    Also whether all plays are stated to be so.
+    Also whether all plays are stated to be one-sided, so that they do.
     """
     plays = runs.space.plays
     names = runs.start.of_nominal(runs.response.instantaneous) if plays else None
@@ -66,10 +66,10 @@ def _constant_offsets(runs: CountedRuns) -> dict[str, Any]:
         return {}
     output_names = runs.labels["output"].values.astype(str).tolist()
     varying_names = [name for name in output_names if name not in names]
-    all_constant = int(all(pair.constant for pair in plays.values()))
+    one_sided = int(all(pair.one_sided for pair in plays.values()))
     if not varying_names:
         return {}
-    return {"constant_offsets": varying_names, "offsets_stated": all_constant}
+    return {"constant_offsets": varying_names, "offsets_stated": one_sided}
 
 
 def warn_of_idle_inputs(runs: CountedRuns) -> None:

@@ -29,7 +29,7 @@ from flexband.mechanics.kernels.lanes import (
     sqrt,
     where,
 )
-from flexband.mechanics.kernels.relations import turn
+from flexband.mechanics.kernels.relation_forms import turn
 
 ENDLESS = 1e300
 """In place of the end of a line that has none."""

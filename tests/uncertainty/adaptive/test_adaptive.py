@@ -961,7 +961,7 @@ def test_a_step_that_misses_the_tolerance_is_not_blamed_on_the_runs():
     inputs = {"stiffness": fb.Interval(95.0, 105.0), "mass": fb.Normal(1.0, 0.01)}
     coarse = fb.dynamic_response(swing, duration=2.0, step=0.05)
     with pytest.warns(
-        fb.errors.ToleranceWarning, match="due to step; give a finer step, or leave it out"
+        fb.errors.ToleranceWarning, match="due to step; give a finer step, or omit it"
     ):
         bands = fb.propagate(coarse, inputs, fb.AdaptivePCCI(0.01))
     assert bands.attrs["step_error"] > 10 * bands.attrs["expansion_error"]

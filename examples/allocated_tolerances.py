@@ -2,7 +2,7 @@
 
 The middle of the coupler has to follow its nominal path within ± 0.45 mm, and the horizontal force
 on bearing D may be 1 % larger than nominal. Which tolerances of four lengths and of the coupler's
-height are the cheapest, and are they kept by 10 000 samples?
+height are the cheapest, and do 10 000 samples meet the requirements?
 """
 
 import numpy as np
@@ -37,9 +37,12 @@ response = fb.dynamic_response(four_bar, duration=0.35, step=1e-4, output_step=1
 inputs = {name: fb.Interval.around(size, tolerance=5e-4) for name, size in SIZES.items()}
 nominal = response(**{name: np.array([size]) for name, size in SIZES.items()})[0]
 path, force = nominal.sel(output="middle_Y").values, float(nominal.sel(output="D_X").max())
-limits = [fb.Limit("middle_Y", path + 4.5e-4, path - 4.5e-4), fb.Limit("D_X", below=1.01 * force)]
+requirements = [
+    fb.Requirement("middle_Y", above=path - 4.5e-4, below=path + 4.5e-4),
+    fb.Requirement("D_X", below=1.01 * force),
+]
 surrogate = fb.expand(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
-allocation = fb.analysis.allocate(surrogate, limits, COSTS, response=response)
+allocation = fb.analysis.allocate(surrogate, requirements, COSTS, response=response)
 
 
 def sampled(count=10_000):

@@ -45,8 +45,10 @@ inputs = {
 }
 units = {"crank_length": "m", "spring_stiffness": "N/m", "youngs_modulus": "Pa"}
 response = fb.dynamic_response(slider_crank, duration=0.6, step=1e-4, output_step=5e-4)
-strength = fb.Limit("F_X", above=-1600.0, below=1600.0)  # N, of the pin
-study = fb.Study(response, inputs, fb.AdaptivePCCI(tolerance=0.01), limits=strength, units=units)
+strength = fb.Requirement("F_X", above=-1600.0, below=1600.0)  # N, of the pin
+study = fb.Study(
+    response, inputs, fb.AdaptivePCCI(tolerance=0.01), requirements=strength, units=units
+)
 
 
 def picture(drawing, plot):

@@ -104,7 +104,7 @@ GOOD = {
     "inputs": STUDY, "method": fb.PCCI(1, 1), "lower": 0.0, "upper": 1.0, "mean": 1.0,
     "vertices": [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)], "file": "surrogate.npz",
     "poissons_ratio": 0.3, "surrogate": fb.expand(response, STUDY, fb.PCCI(1, 1)),
-    "limits": fb.Limit(below=5.0),
+    "requirements": fb.Requirement("response", below=5.0),
 }  # fmt: skip
 OWN = {
     ("PrescribedRotation", "angle"): lambda t: 0.0,
@@ -112,13 +112,11 @@ OWN = {
     ("PrescribedPath", "y"): np.cos,
     ("Beam", "height"): 0.1,
     ("Choice", "other"): 2.0,
-    ("Limit", "below"): 1.0,
     ("Requirement", "name"): "stroke",
     ("Requirement", "below"): 1.0,
     ("Capability", "cp"): 1.33,
     ("Probability", "at_most"): 1e-3,
     ("ShareOfParts", "at_most"): 1e-3,
-    ("production_yield", "requirements"): fb.Limit(below=5.0),
     ("production_yield", "surrogate"): BOX,
     ("production_yield", "scatter"): {"a": fb.Uniform(1.0, 2.0)},
     ("Store", "folder"): "runs",
@@ -233,18 +231,18 @@ OWN |= {
     ("plot_errors", "results"): COMPARED,
     ("plot_field", "field"): FIELD,
     ("plot_margins", "found"): Made(
-        lambda: fb.analysis.check_limits(GOOD["surrogate"], GOOD["limits"])
+        lambda: fb.analysis.check_requirements(GOOD["surrogate"], GOOD["requirements"])
     ),
     ("plot_p_box", "found"): Made(
         lambda: fb.analysis.p_box(GOOD["surrogate"], at={"dim_1": 0}, samples=256)
     ),
     ("plot_path", "found"): Made(lambda: fb.analysis.path(OWN["path", "surrogate"], "x", "y")),
     ("plot_probability", "found"): Made(
-        lambda: fb.analysis.failure_probability(GOOD["surrogate"], GOOD["limits"])
+        lambda: fb.analysis.failure_probability(GOOD["surrogate"], GOOD["requirements"])
     ),
     ("plot_response", "response"): xr.DataArray(np.ones(3), dims="time"),
     ("plot_tolerances", "found"): Made(
-        lambda: fb.analysis.allocate(BOX, fb.Limit(below=2.5), {"a": 1.0})
+        lambda: fb.analysis.allocate(BOX, fb.Requirement("response", below=2.5), {"a": 1.0})
     ),
     ("plot_variance_error", "fields"): {"E": FIELD},
     ("compare", "study"): fb.Study(response, STUDY, fb.PCCI(1, 1)),

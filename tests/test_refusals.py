@@ -41,7 +41,7 @@ def driven(function):
 
 def without_response():
     surrogate = fb.expand(response, INPUTS, fb.PCCI(1, 1))
-    return fb.analysis.failure_probability(surrogate, fb.Limit(below=2.0), runs=8)
+    return fb.analysis.failure_probability(surrogate, fb.Requirement("response", below=2.0), runs=8)
 
 
 @pytest.mark.parametrize(
@@ -93,7 +93,7 @@ def test_numbers_of_other_types_are_taken_as_floats(number):
 @pytest.mark.parametrize("name", ["study.json", "page.json"])
 def test_json_of_another_shape_is_refused_in_words(name, text, tmp_path):
     (tmp_path / name).write_text(text, encoding="utf-8")
-    for command in ("status", "resume", "report", "limits"):
+    for command in ("status", "resume", "report", "check"):
         result = CliRunner().invoke(app, [command, str(tmp_path)])
         assert result.exit_code in (0, 1, 2)
         assert "Error:" not in result.output, result.output

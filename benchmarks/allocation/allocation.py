@@ -203,7 +203,7 @@ def judge_case(family: str, seed: int, tolerance: float) -> dict[str, float]:
     assert isinstance(surrogate, fb.Surrogate)
     began = time.perf_counter()
     allocation = fb.analysis.allocate(
-        surrogate, fb.Limit(below=problem.limit, above=-problem.limit),
+        surrogate, fb.Requirement("response", below=problem.limit, above=-problem.limit),
         {name: float(cost) for name, cost in zip(inputs, problem.costs, strict=True)},
         response=problem.response,
     )  # fmt: skip

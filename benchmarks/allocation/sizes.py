@@ -100,7 +100,7 @@ def judge_case(seed: int) -> dict[str, float]:
     assert isinstance(surrogate, fb.Surrogate)
     began = time.perf_counter()
     allocation = fb.analysis.allocate(
-        surrogate, fb.Limit(below=limit, above=-limit),
+        surrogate, fb.Requirement("response", below=limit, above=-limit),
         dict(zip(names, costs.tolist(), strict=True)), response=response,
     )  # fmt: skip
     seconds = time.perf_counter() - began

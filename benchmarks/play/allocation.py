@@ -52,7 +52,7 @@ def allocate_tolerances() -> xr.Dataset:
     inputs |= {k: fb.Interval(v - REACH, v + REACH) for k, v in LENGTHS.items()}
     surrogate = fb.expand(point, inputs, fb.AdaptivePCCI(1e-4))
     assert isinstance(surrogate, fb.Surrogate)
-    limit = fb.Limit(above=NOMINAL - REACH, below=NOMINAL + REACH)
+    limit = fb.Requirement("response", above=NOMINAL - REACH, below=NOMINAL + REACH)
     return fb.analysis.allocate(surrogate, limit, COSTS, response=point)
 
 

@@ -148,7 +148,7 @@ def outcome(case: Case, seed: int) -> Outcome:
     """Return what `failure_probability` states of a case."""
     surrogate = case.surrogate()
     height, eta = case.limit()
-    limit = fb.Limit(below=height)
+    limit = fb.Requirement("response", below=height)
     start = time.process_time()
     result = (
         fb.analysis.failure_probability(surrogate, limit, seed=seed)
@@ -176,7 +176,7 @@ def rise(case: Case, seed: int) -> tuple[float, bool]:
     """Return by how much the probability rises in a narrower box, and if it leaves the interval."""
     surrogate = case.surrogate()
     height, eta = case.limit()
-    limit = fb.Limit(below=height)
+    limit = fb.Requirement("response", below=height)
     ends = zip(np.maximum(eta - NARROWED, -1.0), np.minimum(eta + NARROWED, 1.0), strict=True)
     narrow_intervals = {f"e{k}": fb.Interval(*map(float, pair)) for k, pair in enumerate(ends)}
     wide_result, narrow_result = (

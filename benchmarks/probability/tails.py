@@ -159,7 +159,7 @@ def outcome(case: Case, seed: int, runs: int) -> Outcome:
     by_runs = {"response": case.response, "runs": runs} if runs else {}
     start = time.process_time()
     result = fb.analysis.failure_probability(
-        surrogate, fb.Limit(below=case.limit()), seed=seed, **by_runs
+        surrogate, fb.Requirement("response", below=case.limit()), seed=seed, **by_runs
     )
     seconds = time.process_time() - start
     upper_bound = result.sel(bound="upper").isel(limit=0)

@@ -27,7 +27,7 @@ def slider_crank() -> fb.Surrogate:
     return surrogate
 
 
-def limit(surrogate: fb.Surrogate) -> fb.Limit:
+def limit(surrogate: fb.Surrogate) -> fb.Requirement:
     """Return the limit of a force that is left with a probability of 1e-3."""
     space = surrogate.space
     rng = np.random.default_rng(0)
@@ -35,7 +35,7 @@ def limit(surrogate: fb.Surrogate) -> fb.Limit:
     eta = np.zeros((len(xi), space.interval_dimension))
     blocks = [slice(k, k + 1000) for k in range(0, len(xi), 1000)]
     peaks = [surrogate.standard(xi[k], eta[k])[:, 0].max(axis=1) for k in blocks]
-    return fb.Limit("F_X", below=float(np.quantile(np.concatenate(peaks), 1 - PROBABILITY)))
+    return fb.Requirement("F_X", below=float(np.quantile(np.concatenate(peaks), 1 - PROBABILITY)))
 
 
 def seconds(answer: Callable[[], object]) -> float:
@@ -53,7 +53,7 @@ def main() -> None:
     answers = {
         "bands for a tighter tolerance": lambda: surrogate.narrowed(**tighter).bands(),
         "contributions": partial(fb.analysis.contributions, surrogate),
-        "check_limits": partial(fb.analysis.check_limits, surrogate, force_limit),
+        "check_requirements": partial(fb.analysis.check_requirements, surrogate, force_limit),
         "quantiles": partial(fb.analysis.quantiles, surrogate),
         "sobol_indices": partial(fb.analysis.sobol_indices, surrogate),
         "failure_probability": partial(fb.analysis.failure_probability, surrogate, force_limit),

@@ -26,10 +26,8 @@ if TYPE_CHECKING:
         sensors as sensors,
     )
     from flexband.analysis.limits.production import production_yield as production_yield
-    from flexband.requirements.requirement import (
-        Limit as Limit,
-        Requirement as Requirement,
-    )
+    from flexband.requirements.former_names import Limit as Limit
+    from flexband.requirements.requirement import Requirement as Requirement
     from flexband.analysis.verification.verify import verify as verify
     from flexband.mechanics.model.mechanism import Mechanism as Mechanism
     from flexband.mechanics.bodies.beam import Beam as Beam

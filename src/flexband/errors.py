@@ -11,8 +11,9 @@ from flexband.basics.namespaces import unknown_name
 from flexband.basics.words import number_of
 
 __all__ = [
-    "AssemblyError", "FlexbandWarning", "InputError", "ModelError", "ResolutionWarning",
-    "RunError", "RunsNeeded", "SimulationError", "StoreError", "StrainWarning", "ToleranceWarning",
+    "AssemblyError", "FlexbandWarning", "FormerNameWarning", "InputError", "ModelError",
+    "ResolutionWarning", "RunError", "RunsNeeded", "SimulationError", "StoreError",
+    "StrainWarning", "ToleranceWarning",
 ]  # fmt: skip
 
 if not TYPE_CHECKING:
@@ -42,6 +43,10 @@ class StrainWarning(FlexbandWarning):
 
 class ToleranceWarning(FlexbandWarning):
     """The error that is expected of a result is above its tolerance; the message states both."""
+
+
+class FormerNameWarning(FlexbandWarning, FutureWarning):
+    """A name is used that has a new one; the message states it."""
 
 
 class StoreError(RuntimeError):

@@ -23,9 +23,12 @@ def surrogate():
 
 
 def test_margin_is_the_distance_from_the_error_bar(surrogate):
-    margins = fb.analysis.check_limits(
+    margins = fb.analysis.check_requirements(
         surrogate,
-        [fb.Limit("a", below=1.3, above=-1.2), fb.Limit("b", below=2.6, during=(0.5, 1.0))],
+        [
+            fb.Requirement("a", below=1.3, above=-1.2),
+            fb.Requirement("b", below=2.6, during=(0.5, 1.0)),
+        ],
         sigmas=2.0,
     )
     swing = np.abs(np.sin(2 * np.pi * T))
@@ -42,14 +45,14 @@ def test_margin_is_the_distance_from_the_error_bar(surrogate):
     assert margins["worst_inputs"].sel(input="e").values[0] == 1.0
     assert margins["verdict"].values.tolist() == ["undecided", "kept"]
     assert margins.attrs["kept"] == "undecided"
-    assert "b below 2.6 from 0.5 to 1: kept, least margin 2.4" in margins.attrs["verdict"]
+    assert "b below 2.6 from 0.5 to 1: met, least margin 2.4" in margins.attrs["verdict"]
 
 
 def test_curves_are_numbers_arrays_functions_or_labelled(surrogate):
     curve = 1.2 + T
     curves = [curve, lambda t: 1.2 + t, xr.DataArray(curve, coords={"time": T})]
     margins = [
-        fb.analysis.check_limits(surrogate, fb.Limit("a", below=below))["margin"]
+        fb.analysis.check_requirements(surrogate, fb.Requirement("a", below=below))["margin"]
         for below in curves
     ]
     for margin in margins[1:]:
@@ -64,8 +67,10 @@ def test_curves_are_numbers_arrays_functions_or_labelled(surrogate):
 def test_ends_that_leave_nothing_are_refused_where_they_enter(ends):
     above, below = ends
     with pytest.raises(fb.errors.InputError, match="must be less than below; got above="):
-        fb.Limit("a", above=above, below=below)
-    fb.Limit("a", above=np.zeros(2), below=np.ones(3))  # one does not fit, which the response tells
+        fb.Requirement("a", above=above, below=below)
+    fb.Requirement(
+        "a", above=np.zeros(2), below=np.ones(3)
+    )  # one does not fit, which the response tells
 
 
 def test_the_expected_error_decides():
@@ -85,7 +90,9 @@ def test_the_expected_error_decides():
         (0.9, "undecided"),
         (1.1, "kept"),
     ):
-        margins = fb.analysis.check_limits(expansion, fb.Limit(below=high + shift * error))
+        margins = fb.analysis.check_requirements(
+            expansion, fb.Requirement("response", below=high + shift * error)
+        )
         assert margins.attrs["kept"] == verdict
         assert float(margins["least_margin_error"][0]) == pytest.approx(error)
         assert bool(margins["run_required"][0])
@@ -99,7 +106,7 @@ def test_margin_between_the_times():
         return xr.DataArray(e[:, None] * np.sin(t), dims=("sample", "time"), coords={"time": t})
 
     expansion = fb.expand(response, {"e": fb.Interval(0.5, 1.0)}, fb.AdaptivePCCI())
-    margins = fb.analysis.check_limits(expansion, fb.Limit(below=1 - 2e-4))
+    margins = fb.analysis.check_requirements(expansion, fb.Requirement("response", below=1 - 2e-4))
     assert not bool(margins["run_required"][0])
     on_grid = 1 - 2e-4 - np.sin(t).max()
     assert float(margins["least_margin"][0]) == pytest.approx(on_grid)
@@ -113,7 +120,7 @@ def test_choices_are_all_checked():
 
     inputs = {"e": fb.Interval(0.0, 1.0), "kind": fb.Choice("steel", "brass")}
     expansion = fb.expand(response, inputs, fb.AdaptivePCCI())
-    margins = fb.analysis.check_limits(expansion, fb.Limit(below=1.5))
+    margins = fb.analysis.check_requirements(expansion, fb.Requirement("response", below=1.5))
     assert float(margins["least_margin"][0]) == pytest.approx(-0.5)
     assert margins["worst_choice"].values[0] == "steel"
     assert margins["verdict"].values[0] == "not kept"
@@ -127,13 +134,13 @@ def test_the_dims_of_an_output_stay(surrogate):
         return xr.DataArray(y, dims=("sample", "x", "time"), coords={"x": x, "time": np.arange(5)})
 
     expansion = fb.expand(response, {"e": fb.Interval(-1.0, 1.0)}, fb.AdaptivePCCI())
-    margins = fb.analysis.check_limits(
-        expansion, fb.Limit(above=xr.DataArray(-1.5 * x - 0.1, coords={"x": x}))
+    margins = fb.analysis.check_requirements(
+        expansion, fb.Requirement("response", above=xr.DataArray(-1.5 * x - 0.1, coords={"x": x}))
     )
     np.testing.assert_allclose(margins["margin"][0], 0.1 + 0.5 * x[:, None] * np.ones(5), atol=1e-9)
     number = fb.expand(lambda e: e**2, {"e": fb.Interval(-1, 1)}, fb.AdaptivePCCI())
     assert float(
-        fb.analysis.check_limits(number, fb.Limit(above=-0.5))["margin"][0]
+        fb.analysis.check_requirements(number, fb.Requirement("response", above=-0.5))["margin"][0]
     ) == pytest.approx(0.5)
 
 
@@ -159,4 +166,4 @@ def test_the_dims_of_an_output_stay(surrogate):
 )
 def test_refused_by_name(surrogate, options, message):
     with pytest.raises(fb.errors.InputError, match=message):
-        fb.analysis.check_limits(surrogate, fb.Limit(**options))
+        fb.analysis.check_requirements(surrogate, fb.Requirement(**{"name": "w", **options}))

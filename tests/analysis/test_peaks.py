@@ -96,7 +96,7 @@ def test_every_answer_looks_at_the_ends_of_a_window(ends):
     """Worst case, probability and yield, where the peak is beside, at, or outside of an end."""
     surrogate = fb.expand(parabolas, {"a": fb.Interval(0, 1)}, fb.AdaptivePCCI(0.01))
     requirement = fb.Requirement("q", "u", below=LIMIT, during=ends)
-    margins = fb.analysis.check_limits(surrogate, requirement)
+    margins = fb.analysis.check_requirements(surrogate, requirement)
     margin = LIMIT - (1 - top(*ends))
     np.testing.assert_allclose(margins["margin_between"], margin, atol=1e-9)
     assert margins["verdict"].values.item() == ("kept" if margin > 0 else "not kept")

@@ -28,7 +28,7 @@ def test_contributions_are_the_widths_of_the_discs():
 
 def test_limits_and_the_largest_tolerance_are_over_the_disc():
     surrogate = surrogate_of()
-    check = fb.analysis.check_limits(surrogate, fb.Limit(below=2.0))
+    check = fb.analysis.check_requirements(surrogate, fb.Requirement("response", below=2.0))
     assert float(check["least_margin"][0]) == pytest.approx(2.0 - 1.1 - 0.1 * SIZE, rel=1e-9)
     tolerances = fb.analysis.tolerance_for(surrogate, "pin", share=0.7)
     assert float(tolerances["tolerance"]) == pytest.approx(
@@ -54,7 +54,10 @@ def test_runs_that_verify_lie_in_the_disc():
 def test_a_play_and_a_length_are_allocated_as_in_closed_form():
     """1/r + 1/t with |∇| r + t = 0.2 is least at r = 0.2/(|∇| + √|∇|) and t = √|∇| r."""
     plan = fb.analysis.allocate(
-        surrogate_of(), fb.Limit(below=1.2), {"pin": 1.0, "length": 1.0}, response=response
+        surrogate_of(),
+        fb.Requirement("response", below=1.2),
+        {"pin": 1.0, "length": 1.0},
+        response=response,
     )
     r = 0.2 / (SIZE + np.sqrt(SIZE))
     np.testing.assert_allclose(plan["tolerance"], [r, r * np.sqrt(SIZE)], rtol=1e-5)
@@ -64,7 +67,9 @@ def test_a_play_and_a_length_are_allocated_as_in_closed_form():
 @pytest.mark.parametrize(("within", "power"), [("disc", 0.5), ("rim", 0.0)])
 def test_the_yield_is_that_of_a_uniform_disc_or_rim(within, power):
     scatter = {"length": fb.Uniform(0.9, 1.1)}
-    production = fb.production_yield(surrogate_of(within=within), fb.Limit(below=1.2), scatter)
+    production = fb.production_yield(
+        surrogate_of(within=within), fb.Requirement("response", below=1.2), scatter
+    )
     grid = (np.arange(400) + 0.5) / 400
     radius, angle = np.meshgrid(grid**power, 2 * np.pi * grid)
     room = 1.2 - 0.1 * SIZE * radius * np.cos(angle)
@@ -76,9 +81,13 @@ def test_the_yield_is_that_of_a_uniform_disc_or_rim(within, power):
 def test_plays_scatter_by_themselves_and_not_over_intervals():
     surrogate = surrogate_of()
     with pytest.raises(InputError, match="a name in scatter"):
-        fb.production_yield(surrogate, fb.Limit(below=1.2), {"pin": fb.Uniform(0.0, 0.1)})
+        fb.production_yield(
+            surrogate, fb.Requirement("response", below=1.2), {"pin": fb.Uniform(0.0, 0.1)}
+        )
     with pytest.raises(InputError, match="allocate with a probability does not take a Play: pin"):
-        fb.analysis.allocate(surrogate, fb.Limit(below=1.2), {"pin": 1.0}, probability=0.01)
+        fb.analysis.allocate(
+            surrogate, fb.Requirement("response", below=1.2), {"pin": 1.0}, probability=0.01
+        )
 
 
 def test_a_six_bar_is_allocated_as_over_the_exact_discs():

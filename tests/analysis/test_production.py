@@ -29,7 +29,7 @@ def irwin_hall(x, n):
 def test_uniform_tolerances_of_a_sum_are_distributed_as_irwin_and_hall_say(count, limit):
     scatter = {f"t{k}": fb.Uniform(-1.0, 1.0) for k in range(count)}
     production = fb.production_yield(
-        surrogate_of_sum(count), fb.Limit(below=limit), scatter, accuracy=0.02
+        surrogate_of_sum(count), fb.Requirement("response", below=limit), scatter, accuracy=0.02
     )
     exact = irwin_hall((limit + count) / 2, count)
     assert float(production["failing"][0]) == pytest.approx(1 - exact, rel=0.04)
@@ -40,7 +40,7 @@ def test_capabilities_give_a_normal_sum_that_hardly_is_truncated():
     """Cp = 1.5 is ±4.5σ: of three, below 1.2 is 1.2/(√3 · 2/9) standard deviations."""
     scatter = {f"t{k}": fb.analysis.Capability(cp=1.5) for k in range(3)}
     production = fb.production_yield(
-        surrogate_of_sum(3), fb.Limit(below=1.2), scatter, accuracy=0.01
+        surrogate_of_sum(3), fb.Requirement("response", below=1.2), scatter, accuracy=0.01
     )
     assert float(production["failing"][0]) == pytest.approx(norm.sf(1.2 / (3**0.5 / 4.5)), rel=0.04)
 
@@ -48,7 +48,7 @@ def test_capabilities_give_a_normal_sum_that_hardly_is_truncated():
 def test_a_process_aside_from_the_middle():
     scatter = {"t0": fb.analysis.Capability(cp=1.0, cpk=0.4, side="upper")}
     production = fb.production_yield(
-        surrogate_of_sum(1), fb.Limit(below=0.8), scatter, accuracy=0.01
+        surrogate_of_sum(1), fb.Requirement("response", below=0.8), scatter, accuracy=0.01
     )
     exact = truncnorm(-4.8, 1.2, loc=0.6, scale=1 / 3)
     assert float(production["failing"][0]) == pytest.approx(exact.sf(0.8), rel=0.04)
@@ -58,7 +58,7 @@ def test_correlated_tolerances_add_up():
     normal = fb.TruncatedNormal(0.0, 0.2, lower=-1.0, upper=1.0)
     pair = fb.Correlated({"t0": normal, "t1": normal}, correlation=0.6)
     production = fb.production_yield(
-        surrogate_of_sum(2), fb.Limit(below=0.8), {"pair": pair}, accuracy=0.01
+        surrogate_of_sum(2), fb.Requirement("response", below=0.8), {"pair": pair}, accuracy=0.01
     )
     spread = 0.2 * (2 + 2 * 0.6) ** 0.5
     assert float(production["failing"][0]) == pytest.approx(norm.sf(0.8 / spread), rel=0.06)
@@ -68,7 +68,9 @@ def test_random_inputs_scatter_with_the_tolerances():
     inputs = {"a": fb.Interval(-1.0, 1.0), "x": fb.Normal(0.0, 0.3)}
     surrogate = fb.expand(lambda a, x: a + x, inputs, fb.PCCI(1, 1))
     scatter = {"a": fb.analysis.Capability(cp=5 / 3)}  # σ = 0.2
-    production = fb.production_yield(surrogate, fb.Limit(below=0.9), scatter, accuracy=0.01)
+    production = fb.production_yield(
+        surrogate, fb.Requirement("response", below=0.9), scatter, accuracy=0.01
+    )
     assert float(production["failing"][0]) == pytest.approx(norm.sf(0.9 / 0.13**0.5), rel=0.05)
 
 
@@ -93,10 +95,10 @@ def test_runs_correct_what_the_surrogate_misses():
     surrogate = fb.expand(response, inputs, fb.PCCI(0, 1))
     scatter = {name: fb.Uniform(-1.0, 1.0) for name in inputs}
     batch_sizes.clear()
-    uncorrected = fb.production_yield(surrogate, fb.Limit(below=1.2), scatter)
+    uncorrected = fb.production_yield(surrogate, fb.Requirement("response", below=1.2), scatter)
     assert not batch_sizes
     production = fb.production_yield(
-        surrogate, fb.Limit(below=1.2), scatter, response=response, runs=200
+        surrogate, fb.Requirement("response", below=1.2), scatter, response=response, runs=200
     )
     parts = np.random.default_rng(1).uniform(-1, 1, (2, 1_000_000))
     exact = np.mean(response(*parts) > 1.2)
@@ -118,7 +120,7 @@ def test_runs_correct_what_the_surrogate_misses():
 )
 def test_what_does_not_fit_the_tolerances_is_refused(scatter, message):
     with pytest.raises(InputError, match=message):
-        fb.production_yield(surrogate_of_sum(2), fb.Limit(below=1.0), scatter)
+        fb.production_yield(surrogate_of_sum(2), fb.Requirement("response", below=1.0), scatter)
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,7 @@ def nominal():
 def test_a_band_around_the_nominal_is_in_the_unit_of_the_requirement(surrogate):
     """At e = 0.1 ± 0.2, μ ± 3σ is 0.2 t + 0.03 beside the nominal."""
     wiper = fb.Requirement("wiper angle", output="wiper", within=10.0, unit="deg")
-    margins = fb.analysis.check_limits(surrogate, wiper.around(nominal()))
+    margins = fb.analysis.check_requirements(surrogate, wiper.around(nominal()))
     expected = np.radians(10.0) - 0.2 * T - 0.03
     np.testing.assert_allclose(margins["margin"][0], expected, atol=1e-9)
     assert margins["limit"].values.tolist() == ["wiper angle (nominal ± 10°)"]
@@ -44,12 +44,12 @@ def test_each_requirement_has_its_own_multiple_of_the_standard_deviation(surroga
     requirements = [
         fb.Requirement(f"{k}σ", criterion=fb.analysis.WorstCase(k), **common) for k in (2.0, 5.0)
     ]
-    margins = fb.analysis.check_limits(surrogate, requirements)
+    margins = fb.analysis.check_requirements(surrogate, requirements)
     ends = 0.5 * (np.sin(1.0) + 0.3 + 0.01 * np.array([2.0, 5.0]))
     np.testing.assert_allclose(margins["least_margin"], 1.0 - ends, atol=1e-9)
     assert margins["deviations"].values.tolist() == [2.0, 5.0]
     assert "sigmas" not in margins.attrs
-    one_sigma = fb.analysis.check_limits(surrogate, requirements, sigmas=1.0)
+    one_sigma = fb.analysis.check_requirements(surrogate, requirements, sigmas=1.0)
     np.testing.assert_allclose(one_sigma["least_margin"], 1.0 - 0.5 * (np.sin(1.0) + 0.31))
 
 
@@ -64,13 +64,13 @@ def test_with_choices_the_nominal_is_that_of_each_combination():
     requirement = fb.Requirement("near", within=0.4).around(
         {"steel": unit_nominal, "brass": 5 * unit_nominal}
     )
-    margins = fb.analysis.check_limits(expansion, requirement)
+    margins = fb.analysis.check_requirements(expansion, requirement)
     assert float(margins["least_margin"][0]) == pytest.approx(-0.1)  # brass: 0.4 − 5 · 0.1
     assert margins["worst_choice"].values.tolist() == ["brass"]
     likely = fb.Requirement("near", within=0.6).around(
         {"steel": unit_nominal, "brass": 5 * unit_nominal}
     )
-    assert fb.analysis.check_limits(expansion, likely).attrs["kept"] == "kept"
+    assert fb.analysis.check_requirements(expansion, likely).attrs["kept"] == "kept"
 
 
 def test_the_words_of_a_requirement():
@@ -79,9 +79,25 @@ def test_the_words_of_a_requirement():
     full = fb.Requirement("stroke", "x", above=-5, below=5, unit="mm", identifier="REQ-12")
     assert str(full) == "REQ-12 stroke (between -5 and 5 mm)"
     assert str(fb.Requirement("r", "x", within=2, of=7.0, unit="N")) == "r (7 ± 2 N)"
-    assert str(fb.Limit(below=1.0)) == "response below 1"
-    assert fb.Limit("F", below=1.0).name == "F"
-    assert isinstance(fb.Limit("F", below=1.0), fb.Requirement)
+    assert str(fb.Requirement("response", below=1.0)) == "response below 1"
+    assert str(fb.Requirement("F_X", below=5.0)) == "F_X below 5"
+    assert str(fb.Requirement("wiper angle", below=5.0)) == "wiper angle (below 5)"
+
+
+def test_a_requirement_without_an_output_is_on_the_one_with_its_name():
+    def response(e):
+        values = np.stack([e, 10 * e], axis=1)
+        return xr.DataArray(values, {"output": ["u", "F"]}, ("sample", "output"))
+
+    surrogate = fb.expand(response, {"e": fb.Interval(0.9, 1.1)}, fb.PCCI(0, 1))
+    margins = fb.analysis.check_requirements(surrogate, fb.Requirement("F", below=12.0))
+    assert float(margins["least_margin"][0]) == pytest.approx(1.0)
+    assert margins["limit"].values.tolist() == ["F below 12"]
+    of_other = fb.Requirement("F", output="u", below=12.0)
+    margins = fb.analysis.check_requirements(surrogate, of_other)
+    assert float(margins["least_margin"][0]) == pytest.approx(10.9)
+    with pytest.raises(InputError, match="'G' output must be one of u, F; got None"):
+        fb.analysis.check_requirements(surrogate, fb.Requirement("G", below=12.0))
 
 
 @pytest.mark.parametrize(
@@ -106,7 +122,7 @@ def test_what_is_no_requirement_is_refused(options, message):
 
 
 def test_what_does_not_fit_the_response_is_refused(surrogate):
-    check = fb.analysis.check_limits
+    check = fb.analysis.check_requirements
     wiper = fb.Requirement("w", output="wiper", within=10.0, unit="mm")
     with pytest.raises(InputError, match="'w' unit must be a unit for rad; got 'mm'"):
         check(surrogate, wiper.around(nominal()))
@@ -124,12 +140,9 @@ def test_shares_are_between_0_and_1(kind, share):
         kind(at_most=share)
 
 
-def test_limits_and_requirements_of_a_study_are_one():
-    limit = fb.Limit(below=9.0)
+def test_requirements_of_a_study_are_a_tuple():
     requirement = fb.Requirement("r", below=8.0)
-    study = fb.Study(
-        lambda e: e, {"e": fb.Interval(0, 1)}, fb.PCCI(0, 1), limits=limit, requirements=requirement
-    )
-    assert study.requirements == study.limits == (limit, requirement)
+    study = fb.Study(lambda e: e, {"e": fb.Interval(0, 1)}, fb.PCCI(0, 1), requirements=requirement)
+    assert study.requirements == (requirement,)
     with pytest.raises(InputError, match="requirements must be a Requirement or a list of them"):
         fb.Study(lambda e: e, {"e": fb.Interval(0, 1)}, fb.PCCI(0, 1), requirements=3.0)

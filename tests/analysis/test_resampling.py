@@ -244,7 +244,7 @@ def test_a_study_over_the_angle_is_drawn_limited_and_answered_over_it(tmp_path):
         over_crank(builder, 4e-3, values, duration=1.2),
         {"crank": fb.Interval(0.199, 0.201)},
         fb.AdaptivePCCI(tolerance=0.05),
-        limits=fb.Limit("slider_X", below=0.64, during=(500.0, 720.0)),
+        requirements=fb.Requirement("slider_X", below=0.64, during=(500.0, 720.0)),
     )
     result = case.run_in(tmp_path / "run", fb.RunOptions(verification_runs=0))
     assert result.bands.attrs["runs_between"] == 8

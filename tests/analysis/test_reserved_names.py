@@ -40,8 +40,8 @@ def least_margin(response):
     The probability is asked for last, as it takes the longest where nothing has been refused.
     """
     surrogate = fb.expand(response, INPUTS, fb.PCCI(1, 1))
-    limit = fb.Limit(below=1.5)
-    margin = float(fb.analysis.check_limits(surrogate, limit)["least_margin"][0])
+    limit = fb.Requirement("response", below=1.5)
+    margin = float(fb.analysis.check_requirements(surrogate, limit)["least_margin"][0])
     fb.analysis.contributions(surrogate)
     fb.analysis.failure_probability(surrogate, limit, accuracy=0.2)
     return margin

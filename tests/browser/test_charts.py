@@ -18,8 +18,8 @@ def move(p, x):
         coords={"output": ["u", "v", "w"], "unit": ("output", ["m"] * 3), "time": t})
 
 inputs = {"p": fb.Interval(-1.0, 1.0), "x": fb.Normal(0.0, 1.0)}
-limits = [fb.Limit("u", below=1.0012), fb.Limit("w", above=-9.0)]
-study = fb.Study(move, inputs, fb.AdaptivePCCI(0.01), limits=limits)
+limits = [fb.Requirement("u", below=1.0012), fb.Requirement("w", above=-9.0)]
+study = fb.Study(move, inputs, fb.AdaptivePCCI(0.01), requirements=limits)
 """
 
 

@@ -44,7 +44,7 @@ def folder(tmp_path_factory):
     (folder / "swing.py").write_text(STUDY, encoding="utf-8")
     for words in (
         ["run", str(folder / "swing.py"), "--output", str(folder / "out")],
-        ["limits", str(folder / "out"), "--below", "y_Y=2100"],
+        ["check", str(folder / "out"), "--below", "y_Y=2100"],
         ["report", str(folder / "out"), "--p-boxes", "2"],
     ):
         result = CliRunner().invoke(app, words)
@@ -66,7 +66,8 @@ def move(p, q, r):
         "output": ["P_X", "P_Y"], "unit": ("output", ["m", "m"]), "time": t})
 
 inputs = {"p": fb.Interval(-1.0, 1.0), "q": fb.Interval(-1.0, 1.0), "r": fb.Normal(0.0, 1.0)}
-study = fb.Study(move, inputs, fb.AdaptivePCCI(0.01), limits=fb.Limit("P_Y", below=2e-3))
+study = fb.Study(move, inputs, fb.AdaptivePCCI(0.01),
+                 requirements=fb.Requirement("P_Y", below=2e-3))
 """
 
 
@@ -171,7 +172,7 @@ def test_what_a_study_says_is_text(folder, shared_page):
 def test_the_first_screen_answers(folder, shared_page):
     page = shared_page(folder / "report.html")
     page.evaluate("scrollTo(0, 0)")
-    assert "y_Y below 2100: kept" in page.locator(".requirements .pass").inner_text()
+    assert "y_Y below 2100: met" in page.locator(".requirements .pass").inner_text()
     verdict = page.locator(".verdict").inner_text()
     for text in ("Estimated accuracy: ±", "matters most for"):
         assert text in verdict
@@ -240,7 +241,7 @@ t = np.linspace(0, 1, 30)
 def response(a, e{", k" if inputs else ""}):
     return {response}
 study = fb.Study(response, {{"a": fb.Normal(1, 0.1), "e": fb.Interval(0, 1){inputs}}},
-                 fb.{method}, limits=fb.Limit(below=9.0))
+                 fb.{method}, requirements=fb.Requirement("response", below=9.0))
 """,
         encoding="utf-8",
     )
@@ -271,7 +272,7 @@ def move(**p):
 inputs = {f"p{k}": fb.Interval(-1.0, 1.0) for k in range(9)} | {
     "q": fb.LogNormal(1.0, cv=0.1), "r": fb.Normal(0.0, 0.5)}
 study = fb.Study(move, inputs, fb.AdaptivePCCI(0.01), sigmas=1,
-                 limits=fb.Limit("P_X", below=0.2008))
+                 requirements=fb.Requirement("P_X", below=0.2008))
 """
 
 
@@ -385,8 +386,8 @@ def test_sliders_move_the_margins_of_limits(many, shared_page):
     page.wait_for_function("document.querySelector('.what-if-table').ariaBusy === 'false'")
     now = float(table.locator("tr").nth(1).locator("td").nth(1).inner_text().split()[0])
     narrower = fb.load_surrogate(many / "surrogate.npz").narrowed(p8=0.0)
-    limit = fb.Limit("P_X", below=0.2008)
-    margins = fb.analysis.check_limits(narrower, limit)
+    limit = fb.Requirement("P_X", below=0.2008)
+    margins = fb.analysis.check_requirements(narrower, limit)
     assert now == pytest.approx(float(margins["least_margin"][0]), rel=1e-3)
     assert now > study
     heads = page.locator(".what-if-table").first.locator("thead").inner_text()

@@ -107,7 +107,7 @@ def fork():
         process.terminate()
         output = "".join(process.communicate(timeout=30))
         assert process.returncode == 143, output
-    assert "flexband: stopped; `flexband resume out` goes on" in output
+    assert "flexband: stopped; `flexband resume out` continues" in output
     assert "Traceback" not in output
 
 

@@ -18,11 +18,12 @@ def response(a, x):
     return np.outer(a + 0.1 * x, np.linspace(0.5, 1.0, 5))
 
 inputs = {"a": fb.Interval(0.9, 1.1), "x": fb.Interval(-1, 1)}
-study = fb.Study(response, inputs, fb.PCCI(1, 1), limits=fb.Limit(below=2.0))
+study = fb.Study(response, inputs, fb.PCCI(1, 1),
+                 requirements=fb.Requirement("response", below=2.0))
 """
 COMMANDS = {
     "resume": (),
-    "limits": (),
+    "check": (),
     "narrow": ("a=0.95..1.05",),
     "allocate": ("--cost", "a=1", "--cost", "x=1", "--no-confirm"),
     "import-results": ("results.csv",),
@@ -77,7 +78,7 @@ def test_a_file_elsewhere_is_not_run(place, folder, tmp_path):
         assert str(file) in output
         assert "--trust" in output
     assert not marker.exists()
-    status, output = call("limits", folder, "--trust")
+    status, output = call("check", folder, "--trust")
     assert status == 0, output
     assert marker.exists() or (file.parent / "ran").exists()
 
@@ -85,7 +86,7 @@ def test_a_file_elsewhere_is_not_run(place, folder, tmp_path):
 def test_a_file_below_the_working_directory_or_beside_the_folder_is_run(folder, tmp_path):
     for file in (tmp_path / "mine" / "other.py", tmp_path / "elsewhere" / "deep" / "study.py"):
         marker = move(folder, file).with_name("ran")
-        assert call("limits", folder)[0] == 0
+        assert call("check", folder)[0] == 0
         assert marker.exists()
 
 

@@ -190,7 +190,7 @@ def test_a_scan_names_the_point_at_which_runs_fail():
         return np.where((a > 1.9)[:, None], np.nan, true_response(a, b))
 
     with pytest.raises(
-        fb.errors.RunError, match=r"1 of 4 points of the scan, one of them a = 2\. Mend"
+        fb.errors.RunError, match=r"1 of 4 points of the scan, one of them a = 2\. Correct"
     ):
         fb.propagate(response, INPUTS, LHS, failed="skip")
 

@@ -204,7 +204,7 @@ def test_equal_steps_only(tmp_path):
     ("arguments", "text"),
     [
         (("nowhere.fmu", TIMES), "FMU path must be a file that exists; got 'nowhere.fmu'"),
-        ((__file__, TIMES), "FMU path must be an FMU; .* is none"),
+        ((__file__, TIMES), "FMU path must be an FMU; .* cannot be read"),
         ((None, [0.0, 0.0]), r"FMU times \[s\] must increase"),
         ((None, [-1.0, 0.0]), r"FMU times \[s\] must not be before its start 0; got -1"),
         ((None, TIMES, ["y"]), "outputs must be numbers of the FMU: .*x, v.*; got 'y'"),

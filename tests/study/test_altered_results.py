@@ -19,7 +19,8 @@ def response(a, x):
     return np.outer(a + 0.1 * x, np.linspace(0.5, 1.0, 5))
 
 inputs = {"a": fb.Interval(0.9, 1.1), "x": fb.Normal(0, 1)}
-study = fb.Study(response, inputs, fb.AdaptivePCCI(), limits=fb.Limit(below=2.0))
+study = fb.Study(response, inputs, fb.AdaptivePCCI(),
+                 requirements=fb.Requirement("response", below=2.0))
 """
 RESULTS = (
     "bands.nc", "verification.nc", "contributions.nc", "surrogate.npz", "page.json", "limits.nc",
@@ -80,7 +81,7 @@ def test_every_altered_result_is_refused_and_run_restores_it(study_copy):
     assert result.exit_code == 0, result.output
     assert "no run was made" not in text_of(result)
     page = (out / "report.html").read_text(encoding="utf-8")
-    assert "Answers that are not as written are left out: sobol" in page
+    assert "Answers that are not as written are not shown: sobol" in page
     for name in ("bands.nc", "surrogate.npz"):
         assert (out / name).read_bytes() == contents[name]
 

@@ -67,7 +67,7 @@ study = fb.Study(
     fb.AdaptivePCCI(),
     units={"crank": "m", "load": "N"},
     display_units={"crank": "mm", "wiper": "deg", "F": "kN", "load": "kN"},
-    requirements=fb.Limit("wiper", below=np.pi * 32 / 180),
+    requirements=fb.Requirement("wiper", below=np.pi * 32 / 180),
 )
 """
 
@@ -113,7 +113,7 @@ def test_a_study_is_shown_in_display_units_and_kept_in_the_others(study_output):
 @pytest.mark.usefixtures("no_drawing")
 def test_answers_are_shown_in_display_units(study_output):
     folder, _ = study_output
-    text = call("limits", folder, "--trust")
+    text = call("check", folder, "--trust")
     assert "deg at time 1, with crank = 30 mm" in text
     text = call("allocate", folder, "--cost", "crank=1", "--trust", "--no-confirm")
     assert re.search(r"crank . 10 . 10 . mm ", text)
@@ -172,7 +172,7 @@ def test_no_part_of_a_result_keeps_the_unit_it_was_computed_in():
     surrogate = study.expand()
     kilo = Display({"F": "kN"})
     limit = fb.Requirement("force", "F", below=4.5, unit="kN")
-    margins = fb.analysis.check_limits(surrogate, limit)
+    margins = fb.analysis.check_requirements(surrogate, limit)
     in_kilo = kilo.data(margins)
     lengths = {
         "margin", "expected_error", "above", "below", "least_margin", "least_margin_error",

@@ -240,7 +240,12 @@ def test_failed_runs_are_listed_and_made_again(file, tmp_path):
     assert failure["inputs"]["b"] > 1
     assert "ValueError: too much of b" in failure["reason"]
     output = call("status", out)
-    for text in ("failed: run ", "b = 1.", "too much of b", f"`flexband resume {out}` goes on if"):
+    for text in (
+        "failed: run ",
+        "b = 1.",
+        "too much of b",
+        f"`flexband resume {out}` continues if",
+    ):
         assert text in output
     assert f"{state['recorded']} runs done and recorded, 1 failed" in output
     assert json.loads(CliRunner().invoke(app, ["status", str(out), "--json"]).stdout) == state
@@ -302,7 +307,7 @@ def test_a_study_that_is_stopped_goes_on(file, tmp_path):
         process.send_signal(signal.SIGINT)
         output, errors = process.communicate(timeout=30)
         assert process.returncode == 130
-    assert "flexband: stopped; `flexband resume out` goes on" in errors
+    assert "flexband: stopped; `flexband resume out` continues" in errors
     assert "Traceback" not in output + errors
     assert "improved PCCI (2, 2): 0 of 10 runs" in errors  # lines, since there is no terminal
     assert "\x1b" not in errors
@@ -395,7 +400,7 @@ def test_a_study_that_is_killed_before_its_first_run_goes_on(file, tmp_path):
     assert process.returncode == -signal.SIGKILL, process.stderr
     assert (out / "runs.zarr").exists()
     assert not file.with_name("log").exists()
-    assert f"`flexband resume {out}` goes on" in call("status", out)
+    assert f"`flexband resume {out}` continues" in call("status", out)
     call("resume", out)
     assert "finished" in call("status", out)
 
@@ -405,7 +410,7 @@ def test_a_store_without_a_study_tells_how_to_go_on(file, tmp_path):
     call("run", file, "-o", out)
     run_count = runs_made(file)
     (out / "study.json").unlink()
-    assert "`flexband run` with the study's file and this folder goes on" in call("status", out)
+    assert "`flexband run` with the study's file and this folder continues" in call("status", out)
     assert "uses the runs that are there" in call("resume", out, status=1)
     call("run", file, "-o", out)
     assert runs_made(file) == run_count + 2  # those that every session makes again

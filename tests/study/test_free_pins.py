@@ -37,6 +37,8 @@ def test_a_speed_depends_on_how_pins_move_and_an_angle_of_a_prescribed_motion_do
     assert "nothing prescribes" not in text
     assert text.endswith("write Play(…, one_sided=True)")
     assert warning_of(four_bar, [ANGLE]) == ""
+    assert "(rate below 10)" in warning_of(four_bar, [fb.Requirement("rate", below=10.0)])
+    assert warning_of(four_bar, [fb.Requirement("out", below=10.0)]) == ""
 
 
 def test_the_bodies_whose_motion_is_free_are_named():

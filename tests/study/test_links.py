@@ -17,7 +17,8 @@ def response(a, x):
     return np.outer(a + 0.1 * x, np.linspace(0.5, 1.0, 5))
 
 inputs = {"a": fb.Interval(0.9, 1.1), "x": fb.Normal(0, 1)}
-study = fb.Study(response, inputs, fb.AdaptivePCCI(), limits=fb.Limit(below=2.0))
+study = fb.Study(response, inputs, fb.AdaptivePCCI(),
+                 requirements=fb.Requirement("response", below=2.0))
 """
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="links require rights")

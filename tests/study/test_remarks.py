@@ -58,7 +58,7 @@ def test_a_strain_is_kept_with_its_run_and_undecides_a_verdict(tmp_path, executo
     assert all(line in text and "runs, the worst with force = 1" in text for text in output)
     assert "has this result already" in output[2]
     assert line in run("report", out, status=0)
-    assert line in run("limits", out, "--trust", status=3)
+    assert line in run("check", out, "--trust", status=3)
     for name in ("bands", "limits", "contributions", "verification"):
         (remark,) = remarks_of(read_netcdf(out / f"{name}.nc").attrs)
         assert remark.worst.kind is RemarkKind.LARGE_STRAIN

@@ -79,7 +79,7 @@ def test_runs_open_and_are_used_once_that_is_asked_for(folder):
 def test_answers_and_reports_say_how_the_result_is_restored(folder):
     older = "an older version of flexband has written the result"
     assert f"{older}; {RESTORED}" in call("status", folder)
-    for command in ("report", "contributions", "limits", "distribution"):
+    for command in ("report", "contributions", "check", "distribution"):
         assert RESTORED in call(command, folder, status=1)
 
 
@@ -105,7 +105,7 @@ def replacement(tmp_path_factory):
 
 @pytest.mark.parametrize(
     "command",
-    [["report"], ["limits"], ["contributions"], ["yield"], ["sobol"], ["path", "bob_X", "bob_Y"]],
+    [["report"], ["check"], ["contributions"], ["yield"], ["sobol"], ["path", "bob_X", "bob_Y"]],
     ids=lambda command: command[0],
 )
 def test_outdated_verdicts_are_not_shown(bob, command):

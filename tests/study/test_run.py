@@ -27,7 +27,7 @@ def response(a, e):
     return np.outer(e + a**2, np.linspace(0.0, 1.0, 5))
 
 study = fb.Study(response, {"a": fb.Normal(1.0, 0.1), "e": fb.Interval(1.0, 2.0)},
-                 fb.AdaptivePCCI(), limits=fb.Limit(below=4.0))
+                 fb.AdaptivePCCI(), requirements=fb.Requirement("response", below=4.0))
 """
 
 
@@ -80,7 +80,7 @@ def test_a_result_without_its_limits_is_computed_again(file, tmp_path):
         assert not second.reused
         xr.testing.assert_equal(second.limits.margins, first.limits.margins)
         assert second.limits.probability is not None
-    CliRunner().invoke(app, ["limits", str(folder), "--below", "response=9"])
+    CliRunner().invoke(app, ["check", str(folder), "--below", "response=9"])
     assert study.run_in(folder).reused  # limits of a question do not take their place
 
 
@@ -101,7 +101,7 @@ def test_results_of_other_methods_and_of_choices_are_read(method, tmp_path):
         return np.outer(a * np.where(kind == "x", 1.0, 2.0), np.ones(3))
 
     inputs = {"a": fb.Interval(1.0, 2.0), "kind": fb.Choice("x", "y")}
-    study = fb.Study(response, inputs, method, limits=fb.Limit(below=5.0))
+    study = fb.Study(response, inputs, method, requirements=fb.Requirement("response", below=5.0))
     first = study.run_in(tmp_path)
     second = study.run_in(tmp_path)
     assert second.reused

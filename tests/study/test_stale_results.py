@@ -44,7 +44,7 @@ def test_answers_of_earlier_results_are_left_out_after_an_interrupt(tmp_path, mo
     assert result.exit_code == 0, result.output
     assert "quantiles.nc, of an earlier run" in result.output.replace("\n", "")
     page = (out / "report.html").read_text(encoding="utf-8")
-    assert "Answers of earlier results are left out: quantiles" in page
+    assert "Answers of earlier results are not shown: quantiles" in page
 
 
 def test_contributions_of_other_deviations_are_not_those_of_the_report(tmp_path):

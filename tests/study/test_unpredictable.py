@@ -70,7 +70,7 @@ def test_the_parts_are_sampled_where_small_changes_grow_after_impacts(tmp_path):
     # What is said and shown of it: the sentences, the bands before the horizon, the table.
     line = horizon_line(parts)
     assert line.startswith("Impacts make the motion of a single part unpredictable: y after 2.")
-    assert "292 sampled parts tell how peaks" in line
+    assert "292 sampled parts show how peaks" in line
     assert sampling_line(parts) == "292 sampled parts with x: Uniform(lower=0.0, upper=3.0)"
     assert headline_of(study, result)[0] == line
     assert not remarks(study, result)

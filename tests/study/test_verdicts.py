@@ -119,13 +119,13 @@ def test_after_impacts_it_takes_a_run_to_show_that_intervals_leave_their_bounds(
     below, impacts, verdict, reason
 ):
     inputs = {"x": fb.Interval(0.0, 1.0)}
-    limit = fb.Limit(below=below)
+    limit = fb.Requirement("response", below=below)
     study = fb.Study(Level(impacts), inputs, fb.PCCI(4, 5), requirements=[limit])
     surrogate = fb.expand(study.response, inputs, study.method)
     surely = xr.Dataset(
         {"least_margin_error": ("limit", [0.01]), "verdict": ("limit", ["not kept"])}
     )
-    margins = fb.analysis.check_limits(surrogate, limit)
+    margins = fb.analysis.check_requirements(surrogate, limit)
     margins_of_runs, runs = with_runs(study, surrogate, [limit], margins.assign(surely))
     of_limit = margins_of_runs.assign_attrs(error="error_bar_expected_error").isel(limit=0)
     assert _by_margin(of_limit, LeastMargin.from_result(of_limit), of_limit, None)[:2] == (
@@ -208,7 +208,7 @@ def test_a_recorded_run_beyond_a_limit_of_intervals_decides(tmp_path):
     def peaked(x):
         return np.sin(x) + 2.0 * np.exp(-0.5 * ((x - place) / 1e-3) ** 2)
 
-    limit = fb.Limit(below=2.2)
+    limit = fb.Requirement("response", below=2.2)
     study = fb.Study(peaked, inputs, fb.AdaptivePCCI(max_runs=40), requirements=[limit])
     (verdict,) = study.run_in(tmp_path / "peaked").verdicts
     assert (verdict.verdict, verdict.reason) == (Verdict.FAIL, Reason.RUN)

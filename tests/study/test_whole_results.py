@@ -140,7 +140,8 @@ def response(a):
     return np.outer(a, np.linspace(0.5, 1.0, 5))
 
 study = fb.Study(
-    response, {"a": fb.Interval(0, 1)}, fb.PCCI(0, 2), requirements=fb.Limit(below=3.0)
+    response, {"a": fb.Interval(0, 1)}, fb.PCCI(0, 2),
+    requirements=fb.Requirement("response", below=3.0)
 )
 """
 
@@ -167,7 +168,9 @@ CHARACTERS = "\x1b]0;owned\x07\u202eevil\x9b2J"
 
 @pytest.mark.usefixtures("no_drawing")
 def test_control_characters_of_a_file_do_not_reach_the_terminal(tmp_path):
-    text = FAILING_ONCE.replace("fb.Limit(below=3.0)", f"fb.Requirement({CHARACTERS!r}, below=3.0)")
+    text = FAILING_ONCE.replace(
+        'fb.Requirement("response", below=3.0)', f"fb.Requirement({CHARACTERS!r}, below=3.0)"
+    )
     file = tmp_path / "study.py"
     out = tmp_path / "out"
     file.write_text(text, encoding="utf-8")
@@ -177,7 +180,7 @@ def test_control_characters_of_a_file_do_not_reach_the_terminal(tmp_path):
     record = record.replace('"state": "finished"', reason)
     (out / "study.json").write_text(record, "utf-8")
     outputs += [call("status", out).output, call("resume", out, "--trust").output]
-    outputs += [call(name, out).output for name in ("limits", "contributions", "report")]
+    outputs += [call(name, out).output for name in ("check", "contributions", "report")]
     assert "evil" in outputs[0]
     assert "evil" in outputs[1]
     for output in outputs:
@@ -203,13 +206,13 @@ def test_every_command_with_a_verdict_ends_with_its_status(tmp_path, requirement
         "UNDECIDED": 'fb.Requirement("near", below=1.0)',
     }
     text = FAILING_ONCE.replace(
-        "fb.Limit(below=3.0)", f"[{', '.join(map(kinds.get, requirements))}]"
+        'fb.Requirement("response", below=3.0)', f"[{', '.join(map(kinds.get, requirements))}]"
     )
     file = tmp_path / "study.py"
     out = tmp_path / "out"
     file.write_text(text, encoding="utf-8")
     commands = ["run", file, "-o", out], ["run", file, "-o", out], ["resume", out, "--trust"]
-    for command in (*commands, ["limits", out, "--trust"], ["limits", out, "--trust", "--json"]):
+    for command in (*commands, ["check", out, "--trust"], ["check", out, "--trust", "--json"]):
         result = call(*command)
         assert result.exit_code == status, (command, result.output)
         if "--json" not in command:
@@ -219,13 +222,14 @@ def test_every_command_with_a_verdict_ends_with_its_status(tmp_path, requirement
 
 def test_a_study_is_data():
     study = fb.Study(
-        lambda a: a, {"a": fb.Interval(0, 1)}, fb.PCCI(), limits=fb.Limit(below=2.0),
+        lambda a: a, {"a": fb.Interval(0, 1)}, fb.PCCI(),
+        requirements=fb.Requirement("response", below=2.0),
         units={"a": "m"}, scatter={"a": fb.Uniform(0, 1)},
     )  # fmt: skip
     other = fb.Requirement("other", below=9.0)
     replacement = replace(study, requirements=other)
-    assert replacement.requirements == replacement.limits == (other,)
-    assert replace(study, sigmas=2.0).requirements == study.requirements == study.limits
+    assert replacement.requirements == (other,)
+    assert replace(study, sigmas=2.0).requirements == study.requirements
     for name in ("inputs", "units", "scatter", "display_units", "title_block"):
         with pytest.raises(TypeError):
             getattr(study, name)["a"] = None
@@ -257,7 +261,7 @@ def test_bounds_for_plays_that_vary_leave_requirements_undecided(tmp_path):
     file = tmp_path / "study.py"
     out = tmp_path / "out"
     file.write_text(PLAY, encoding="utf-8")
-    for command in (["run", file, "-o", out], ["limits", out, "--trust"]):
+    for command in (["run", file, "-o", out], ["check", out, "--trust"]):
         result = call(*command)
         assert result.exit_code == 3, result.output
         assert result.stdout.startswith("UNDECIDED  height (above -0.01): not checked: ")

@@ -1,4 +1,4 @@
-"""What a surrogate tells beyond bands: quantiles, limits, sensitivities, cheap tolerances."""
+"""What a surrogate tells beyond bands: quantiles, requirements, sensitivities, cheap tolerances."""
 
 from typing import TYPE_CHECKING
 
@@ -9,7 +9,8 @@ if TYPE_CHECKING:
     from flexband.analysis.allocation.costs import ReciprocalCost as ReciprocalCost
     from flexband.analysis.allocation.grades import Grades as Grades
     from flexband.analysis.derivation import derived as derived
-    from flexband.analysis.limits.margins import check_limits as check_limits
+    from flexband.analysis.limits.former_names import check_limits as check_limits
+    from flexband.analysis.limits.margins import check_requirements as check_requirements
     from flexband.analysis.p_boxes import p_box as p_box
     from flexband.analysis.parts.horizon import predictability_horizon as predictability_horizon
     from flexband.analysis.parts.sampling import sample_parts as sample_parts

@@ -104,8 +104,8 @@ def derived(
     Raises
     ------
     InputError
-        If the surrogate is none, a number is out of its range, or the quantity does not return
-        finite numbers, one for each sample.
+        If `surrogate` is not a surrogate, a number is out of its range, or the quantity does not
+        return finite numbers, one for each sample.
 
     Examples
     --------

@@ -71,7 +71,8 @@ def p_box(
     Raises
     ------
     InputError
-        If the surrogate is none, an argument is out of its range, or not one number is left.
+        If `surrogate` is not a surrogate, an argument is out of its range, or not one number is
+        left.
 
     Examples
     --------

@@ -73,8 +73,8 @@ def path(
     Raises
     ------
     InputError
-        If the surrogate is none, x or y is none of its outputs, a number is out of its range, or
-        more than one point is left at a time.
+        If `surrogate` is not a surrogate, x or y is not one of its outputs, a number is out of its
+        range, or more than one point is left at a time.
     """
     for name, output in (("x", x), ("y", y)):
         check_instance(name, output, str, "the name of an output")

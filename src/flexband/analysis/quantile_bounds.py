@@ -109,8 +109,8 @@ def quantiles(
     Raises
     ------
     InputError
-        If the surrogate is none, a probability is not between 0 and 1 or has too few samples, or
-        `at` does not fit the response.
+        If `surrogate` is not a surrogate, a probability is not between 0 and 1 or has too few
+        samples, or `at` does not fit the response.
 
     Examples
     --------
@@ -342,7 +342,7 @@ def _values(
 def quantile_and_error(values: np.ndarray, p: float) -> tuple[np.ndarray, np.ndarray]:
     """Return a quantile of samples (series, samples), and its sampling error, each (series,).
 
-    The error is that of the probability, in parts of the slope of the distribution function.
+    The error is that of the probability, relative to the slope of the distribution function.
     """
     count = values.shape[1]
     if count == 1:

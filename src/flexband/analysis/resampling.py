@@ -31,8 +31,8 @@ class OverOutput(WrappingResponse):
     """A response over one of its outputs instead of time, such as the angle of a crank.
 
     Each run is interpolated where the output passes the given values. The last dim of the result
-    has the name of the output, which is left out of the others. Bands, charts and the `during` of
-    requirements are then over the angle. A range of values chooses a turn, and
+    has the name of the output, which is not among the other outputs. Bands, charts and the `during`
+    of requirements are then over the angle. A range of values chooses a turn, and
     ``Peak(period=360)`` makes one number of each.
 
     Parameters
@@ -47,7 +47,7 @@ class OverOutput(WrappingResponse):
     ------
     InputError
         If values do not increase, or the response is run elsewhere; when it is called, if there is
-        no such output over time, or the unit is none of it. A run whose output turns back between
+        no such output over time, or the unit does not fit it. A run whose output turns back between
         the values, or does not reach them, fails by name.
 
     Notes

@@ -50,7 +50,8 @@ def value_range(
     Raises
     ------
     InputError
-        If the surrogate is none, the probability is not in its range, or `at` does not fit.
+        If `surrogate` is not a surrogate, the probability is not in its range, or `at` does not
+        fit.
 
     Examples
     --------

@@ -35,7 +35,8 @@ def lazy_names(
 ) -> tuple[list[str], Callable[[str], Any], Callable[[], list[str]]]:
     """Return `__all__`, `__getattr__` and `__dir__` of a package.
 
-    `__dir__` also has the modules that are imported from the package itself.
+    `__dir__` also has the modules that are imported from the package itself. Names from a module
+    ``former_names`` are in neither list: they are found, but not offered.
     """
     origins = {
         alias.name: node.module
@@ -53,8 +54,11 @@ def lazy_names(
         setattr(sys.modules[package], name, value)
         return value
 
-    public = sorted(name for name, origin in origins.items() if origin != package)
-    return public, public_name, lambda: sorted(origins)
+    listed = {
+        name: origin for name, origin in origins.items() if not origin.endswith(".former_names")
+    }
+    public = sorted(name for name, origin in listed.items() if origin != package)
+    return public, public_name, lambda: sorted(listed)
 
 
 def imports_for_types(file: str) -> list[ast.stmt]:

@@ -13,8 +13,8 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command_from_info, get_command_name
 
 import flexband as fb
-from flexband.cli.commands import asks_for_help, commands, load
-from flexband.cli.messages import Ending, print_text
+from flexband.cli.commands import FORMER_COMMANDS, asks_for_help, commands, load
+from flexband.cli.messages import Ending, print_remark, print_text
 
 
 class _Commands(TyperGroup):
@@ -28,6 +28,12 @@ class _Commands(TyperGroup):
         self.commands = {**command_stubs, **self.commands}
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        if new := FORMER_COMMANDS.get(args[0]):
+            print_remark(
+                f"`flexband {args[0]}` is now called `flexband {new}`; the former name works until "
+                "the next release"
+            )
+            args = [new, *args[1:]]
         load(args)
         for info in app.registered_commands:  # only this one: Typer takes long to make all of them
             if info.callback and args[0] == (info.name or get_command_name(info.callback.__name__)):
@@ -95,17 +101,20 @@ def _print_version(requested: bool) -> None:
 
 @app.callback(
     epilog="Exit status: 0 done; 1 error; 2 wrong usage; 3 finished, but a requirement is "
-    "undecided, or the tolerance is not met, or the result is not trusted, or verification runs "
-    "fail or do not confirm it; 4 points wait to be run elsewhere; 5 finished, and a requirement "
-    "is not met; 130 stopped by Ctrl-C; 143 stopped by SIGTERM."
+    "undecided, or the result misses its tolerance, is not trusted, or is not confirmed by "
+    "verification runs; 4 points are waiting to be run elsewhere; 5 finished, and a requirement is "
+    "violated; 130 stopped by Ctrl-C; 143 stopped by SIGTERM."
 )
 def main(
     version: Annotated[
         bool,
-        typer.Option("--version", callback=_print_version, is_eager=True, help="Print it."),
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version."
+        ),
     ] = False,
     debug: Annotated[
-        bool, typer.Option("--debug", help="Print the traceback of an error; for every command.")
+        bool,
+        typer.Option("--debug", help="Print the traceback of an error; works with every command."),
     ] = False,
 ) -> None:
     """Compute how uncertain the motion of a mechanism is."""

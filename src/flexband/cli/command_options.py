@@ -8,12 +8,13 @@ POLICIES = ("stop", "half-step", "skip")
 """Values of --failed; blanks stand for hyphens where `propagate` takes them."""
 
 Method = Annotated[
-    str | None, typer.Option(help="Used instead of the study's; see --help-methods.")
+    str | None, typer.Option(help="Method, instead of the study's; see --help-methods.")
 ]
-Sigmas = Annotated[float | None, typer.Option(help="k of μ ± kσ (the study's).")]
+Sigmas = Annotated[float | None, typer.Option(help="k of μ ± kσ.  [default: the study's]")]
 Failed = Annotated[
-    str, typer.Option(help=f"If a run fails: {', '.join(POLICIES)}.", show_default=False)
+    str, typer.Option(help=f"What to do if a run fails: {', '.join(POLICIES)}.", show_default=False)
 ]
 Trust = Annotated[
-    bool, typer.Option("--trust", help="Run the file that the folder names, wherever it is.")
+    bool,
+    typer.Option("--trust", help="Run the study's file that the folder names, wherever it is."),
 ]

@@ -22,9 +22,12 @@ MODULES = (  # the order of the help page
     "run_commands", "status", "report", "exchange.export", "comparison", "exchange.points",
     "exchange.from_table",
     "answers.rankings",
-    "answers.narrowing", "answers.limits", "answers.distributions", "answers.allocation",
+    "answers.narrowing", "answers.check", "answers.distributions", "answers.allocation",
     "answers.derived", "answers.paths", "answers.production",
 )  # fmt: skip
+
+FORMER_COMMANDS = {"limits": "check"}
+"""The new names of commands, by former ones, which work for one release."""
 
 
 @cache

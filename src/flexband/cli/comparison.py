@@ -42,11 +42,11 @@ def compare_methods(
 ) -> None:
     """Compare all methods on the study in FILE with LHS–Scanning.
 
-    Perturbation–Chebyshev uses the orders q, regression the larger of k and q as its total order,
-    and the phase-resolved method the first of the orders; the adaptive method finds its own. Sobol'
-    and Monte Carlo sampling have a quarter of the samples of the reference. Methods that would take
-    more than a million runs are left out. A step or elements that the study leaves out are
-    chosen by the adaptive method.
+    Perturbation–Chebyshev uses the orders q. Regression uses the larger of k and q as its total
+    order, and the phase-resolved method the first of the orders. The adaptive method chooses its
+    own orders, and the step and the elements that the study leaves open. Sobol' and Monte Carlo
+    sampling use a quarter of the samples of the reference. Methods that would take more than a
+    million runs are omitted.
     """
     study = load_study(file)
     if not re.fullmatch(r"\d+,\d+(\s+\d+,\d+)*", orders.strip(), re.ASCII):

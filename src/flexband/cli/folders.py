@@ -22,12 +22,20 @@ if TYPE_CHECKING:
 File = Annotated[Path, typer.Argument(help="Python file that defines `study`.", dir_okay=False)]
 Output = Annotated[
     Path,
-    typer.Option("--output", "-o", help="Folder (output).", file_okay=False, show_default=False),
+    typer.Option(
+        "--output",
+        "-o",
+        help="Folder of runs and results.  [default: output]",
+        file_okay=False,
+        show_default=False,
+    ),
 ]
 Replace = Annotated[
-    bool, typer.Option("--replace", help="Replace what is in the folder of another study.")
+    bool, typer.Option("--replace", help="Replace the results of another study in the folder.")
 ]
-Folder = Annotated[Path, typer.Argument(help="Folder of a study (--output).", file_okay=False)]
+Folder = Annotated[
+    Path, typer.Argument(help="Folder of a study: the --output of its run.", file_okay=False)
+]
 
 
 def check_folder(folder: Path) -> None:
@@ -62,7 +70,10 @@ def draw_limits(check: LimitCheck, folder: Path, display: Display) -> None:
     from flexband.study.results.answers import answer_files  # noqa: PLC0415
 
     if not check.written:
-        print_remark("the report keeps the limits of the study; others must be in its `limits`")
+        print_remark(
+            "the report shows the requirements of the study only; others must be in its "
+            "`requirements`"
+        )
         return
     drawable = check.margins["margin"].ndim <= 2
     figure = folder / "limits.png"

@@ -42,16 +42,17 @@ def report(
     folder: Folder,
     p_boxes: Annotated[
         int | None,
-        typer.Option(help="Times at which distribution functions are bounded for a chart."),
+        typer.Option(help="Times at which distribution functions are computed for a chart."),
     ] = None,
     pdf: Annotated[
-        bool, typer.Option("--pdf", help="Print it as report.pdf with Chromium, Chrome or Edge.")
+        bool,
+        typer.Option("--pdf", help="Also print it to report.pdf with Chromium, Chrome or Edge."),
     ] = False,
 ) -> None:
-    """Write the report of the study in FOLDER again, with the answers that were computed since.
+    """Write the report of the study in FOLDER again, with all answers computed since.
 
-    Nothing is run. report.html is one file with all that it needs, which can be sent. Distribution
-    functions take about a second each; they are kept in p_boxes.nc.
+    No runs are made. report.html is a single file that needs nothing else. Distribution functions
+    take about a second each and are kept in p_boxes.nc.
     """
     # Refuse a folder whose files are not those of its report.
     page_record = read_given(folder)

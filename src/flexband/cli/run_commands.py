@@ -34,21 +34,21 @@ if TYPE_CHECKING:  # imported when a command is called
 Executor = Annotated[
     str | None,
     typer.Option(
-        help="Where runs are made: processes (one per core), processes:4, or a Dask scheduler's "
-        "address."
+        help="Where runs are made: processes (one per core), processes:4, or the address of "
+        "a Dask scheduler."
     ),
 ]
 TimeLimit = Annotated[
     float | None,
-    typer.Option(help="Time [s] that one call of the response may take."),
+    typer.Option(help="Time limit [s] of one call of the response."),
 ]
 AllowMismatch = Annotated[
-    bool, typer.Option("--allow-mismatch", help="Use runs of another response.")
+    bool, typer.Option("--allow-mismatch", help="Use runs even if the response has changed.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Verbose = Annotated[
     bool,
-    typer.Option("--verbose", help="Print tables and all remarks."),
+    typer.Option("--verbose", help="Also print tables and all remarks."),
 ]
 
 
@@ -68,15 +68,21 @@ def run(
     time_limit: TimeLimit = None,
     failed: Failed = "stop",
     batch: Annotated[
-        int, typer.Option(help=f"Most runs in a call ({BATCH}).", show_default=False)
+        int,
+        typer.Option(
+            help=f"Largest number of runs in one call.  [default: {BATCH}]", show_default=False
+        ),
     ] = BATCH,
     store: Annotated[
-        bool, typer.Option("--store/--no-store", help="Record runs (store).", show_default=False)
+        bool,
+        typer.Option(
+            "--store/--no-store",
+            help="Record each run in the folder.  [default: store]",
+            show_default=False,
+        ),
     ] = True,
     allow_mismatch: AllowMismatch = False,
-    replace: Annotated[
-        bool, typer.Option("--replace", help="Delete recorded runs before.")
-    ] = False,
+    replace: Annotated[bool, typer.Option("--replace", help="Delete recorded runs first.")] = False,
     verbose: Verbose = False,
     as_json: Json = False,
     **values: Any,
@@ -84,9 +90,9 @@ def run(
     """Run the study in FILE; write its bands, surrogate and a report.
 
     Every run is recorded in the folder as soon as it is finished. A study that was stopped or
-    killed goes on where it was; another method, or other limits of the inputs, use the runs that
-    serve them. Results of an earlier run in the same folder are replaced; what is left of
-    them is named. Options of methods are listed by --help-methods.
+    killed continues where it was. Another method, or other bounds of the inputs, reuse the runs
+    that fit. Results of an earlier run in the same folder are replaced; files of it that remain are
+    listed. --help-methods lists the options of methods.
     """
     method_options = {name: value for name, value in values.items() if value is not None}
     path = str(file.resolve())
@@ -103,19 +109,22 @@ def run(
 def resume(
     folder: Folder,
     retry_failed: Annotated[
-        bool, typer.Option("--retry-failed", help="Make failed runs again.")
+        bool, typer.Option("--retry-failed", help="Repeat failed runs.")
     ] = False,
     executor: Executor = None,
     time_limit: TimeLimit = None,
     failed: Annotated[
-        str | None, typer.Option(help=f"Instead of what was given: {', '.join(POLICIES)}.")
+        str | None,
+        typer.Option(
+            help=f"What to do if a run fails, instead of the earlier choice: {', '.join(POLICIES)}."
+        ),
     ] = None,
     trust: Trust = False,
     allow_mismatch: AllowMismatch = False,
     verbose: Verbose = False,
     as_json: Json = False,
 ) -> None:
-    """Go on with the study in FOLDER that was stopped or killed, or that failed."""
+    """Continue the study in FOLDER that was stopped, was killed or failed."""
     changes = {"executor": executor, "time_limit": time_limit, "failed": failed}
     plan = plan_in(folder, trust=trust, **changes)
     options = plan.options(allow_mismatch=allow_mismatch, retry_failed=retry_failed)
@@ -149,8 +158,8 @@ def run_plan(
         raise typer.Exit(ExitStatus.WAITING) from None
     except KeyboardInterrupt:
         if options.record and StudyFolder(output).has_record:
-            goes_on = f"`flexband resume {shlex.quote(str(output))}` goes on"
-            Ending.stopped = f"flexband: stopped; {goes_on}"
+            resumption = f"`flexband resume {shlex.quote(str(output))}` continues"
+            Ending.stopped = f"flexband: stopped; {resumption}"
         raise
     print_result(plan, study, result, reported, as_json=as_json, verbose=verbose)
     if result.reused:

@@ -32,12 +32,12 @@ from flexband.study.results.reliability import Doubt
 @reported_errors()
 def status(
     folder: Folder,
-    watch: Annotated[bool, typer.Option("--watch", help="Look again until it ends.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, with all failures.")] = False,
+    watch: Annotated[bool, typer.Option("--watch", help="Repeat until the study ends.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON with all failures.")] = False,
 ) -> None:
-    """Print how far the study in FOLDER is: runs, what is done now, rate, and what failed.
+    """Show the progress, rate and failures of the study in FOLDER.
 
-    It works while the study runs, from another terminal or machine that sees the folder.
+    Use it while the study runs, from another terminal or any machine that shares the folder.
     """
     console = Terminal()
     if as_json or not (watch and console.is_terminal):
@@ -171,19 +171,19 @@ def parts_of(setting: str) -> Counter[str]:
 
 
 def going_on(facts: dict[str, Any]) -> str:
-    """Return how to go on with a study that was stopped, or that failed."""
+    """Return how to continue a study that was stopped, or that failed."""
     if facts["file"] is not None:
-        goes_on = f"`flexband resume {shlex.quote(facts['folder'])}` goes on"
+        resumption = f"`flexband resume {shlex.quote(facts['folder'])}` continues"
         if facts["state"] == "stopped":
-            return goes_on
+            return resumption
         paths = shlex.quote(facts["file"]), shlex.quote(facts["folder"])
         return (
-            f"{goes_on} if the cause lies outside of the study, and fails again if it does not: "
-            f"then mend {paths[0]}, and `flexband run {paths[0]} --output {paths[1]}`"
+            f"{resumption} if the cause lies outside of the study. Otherwise correct {paths[0]}, "
+            f"then `flexband run {paths[0]} --output {paths[1]}`"
         )
     return (
-        "There is no study.json here. `flexband run` with the study's file and this folder goes "
-        "on, and so does the Python program that made the runs"
+        "There is no study.json here. `flexband run` with the study's file and this folder "
+        "continues, and so does the Python program that made the runs"
     )
 
 

@@ -58,7 +58,7 @@ class Dask(Workers):
     Raises
     ------
     InputError
-        If the client is none, or the time limit is not positive.
+        If the client is not a Dask client, or the time limit is not positive.
     """
 
     client: DaskClient | str

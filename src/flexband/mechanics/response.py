@@ -372,8 +372,8 @@ def dynamic_response(
     builder : function that returns a `Mechanism`. It is called once per batch of n runs, with one
         array of shape (n,) per input; a random field is passed as a function of position.
     duration : simulated time [s].
-    step : of the integrator [s]. If it is left out, `AdaptivePCCI` chooses it, and the number of
-        elements of members without one, so that its tolerance holds for the whole error of the
+    step : of the integrator [s]. Without it, `AdaptivePCCI` chooses it, and the number of
+        elements of members without one, so that its tolerance holds for the total error of the
         bands; other methods require a step. A call of the response itself then takes steps of
         `output_step`, and warns of that.
     output_step : time between two outputs [s], a multiple of `step`. By default each step is one,
@@ -385,7 +385,7 @@ def dynamic_response(
     Raises
     ------
     InputError
-        If the builder is no function or a number is out of its range.
+        If the builder is not a function or a number is out of its range.
 
     Examples
     --------

@@ -147,7 +147,9 @@ class FMU(OneByOne):
             description = fmpy.read_model_description(self.path, validate=validate)
             platforms = fmpy.supported_platforms(self.path)
         except Exception as error:  # FMPy raises many kinds
-            raise InputError(f"FMU path must be an FMU; {self.path} is none: {error}") from error
+            raise InputError(
+                f"FMU path must be an FMU; {self.path} cannot be read: {error}"
+            ) from error
         if description.fmiVersion != "2.0" and not description.fmiVersion.startswith("3."):
             raise InputError(f"FMU path must be of FMI 2.0 or 3.0; got {description.fmiVersion}")
         if description.coSimulation is None:

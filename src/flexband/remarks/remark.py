@@ -84,7 +84,7 @@ class Remark:
     size : the number of its kind, larger where it is worse; NaN without one.
     part : the part of the model that it is about, "" if it is about all.
     outputs : names of outputs that it puts in doubt, if its kind names them.
-    error : of these outputs, in parts of their range over all runs and times; NaN if not known.
+    error : of these outputs, relative to their range over all runs and times; NaN if not known.
     time : where it is worst [s]; NaN if it is not about a time.
     sample : number of the sample in its call; None for all of them.
     """

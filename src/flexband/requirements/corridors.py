@@ -101,13 +101,13 @@ def at_more_times(values: np.ndarray, parts: int) -> np.ndarray:
 
 
 def joint(named_corridors: Mapping[str, Corridor]) -> Corridor:
-    """Return the corridor in which all limits are kept."""
+    """Return the corridor in which all requirements are met."""
     corridors = named_corridors.values()
     lower = np.max([corridor.lower for corridor in corridors], axis=0)
     upper = np.min([corridor.upper for corridor in corridors], axis=0)
     if np.any(lower >= upper):
         raise InputError(
-            f"limits must leave something between them; got {', '.join(named_corridors)}"
+            f"requirements must leave something between them; got {', '.join(named_corridors)}"
         )
     return Corridor("", np.stack([lower, upper]), (...,))
 
@@ -151,8 +151,13 @@ def checked_bound(name: str, bound: Bound) -> Bound:
     return float(values) if values.ndim == 0 else values
 
 
-def chosen_output(label: str, output: str | None, labels: xr.DataArray) -> tuple[str, int | None]:
-    """Return the name of the limited output and its number along dim "output", if there is one."""
+def chosen_output(
+    label: str, output: str | None, labels: xr.DataArray, requirement: str = ""
+) -> tuple[str, int | None]:
+    """Return the name of the limited output and its number along dim "output", if there is one.
+
+    Of several outputs it is the one with the name of the requirement, unless `output` is given.
+    """
     if "output" not in labels.dims:
         if output is not None and output != labels.name:
             alternative = "" if labels.name is None else f" or {labels.name!r}"
@@ -164,6 +169,8 @@ def chosen_output(label: str, output: str | None, labels: xr.DataArray) -> tuple
     names = list(map(str, labels["output"].values))  # numbers where the dim has no labels
     if output is None and len(names) == 1:
         return names[0], 0
+    if output is None and requirement in names:
+        output = requirement
     if output not in names:
         raise InputError(f"{label} output must be one of {', '.join(names)}; got {output!r}")
     return output, names.index(output)

@@ -29,7 +29,7 @@ class WorstCase:
 
 @frozen()
 class Probability:
-    """The probability of leaving the bounds at any time is small for all values of the intervals.
+    """The probability of violating the bounds at any time is small for all values of the intervals.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class Probability:
 
 @frozen()
 class ShareOfParts:
-    """Few of the parts that are made leave the bounds, if tolerances scatter (`production_yield`).
+    """Few of the parts violate the bounds, if tolerances scatter (`production_yield`).
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Requirements: what an output must keep, with a name, a unit, and what it takes to meet it."""
+"""Requirements: bounds of an output, with a name, a unit, and what it takes to meet them."""
 
 from __future__ import annotations
 
@@ -30,12 +30,13 @@ NOMINAL = "nominal"
 
 @frozen(eq=False)
 class Requirement:
-    """What an output must stay below, above, between, or near.
+    """Bounds of an output: below or above a limit, between two, or near a curve.
 
     Parameters
     ----------
     name : of the requirement, as in a specification.
-    output : name of the output; None if the response has one output only.
+    output : name of the output. It may be left out if the response has one output only, or if the
+        requirement has the name of an output: ``fb.Requirement("F_X", below=5.0)``.
     below, above : a number; an array, one per value of the last dim (time) or of the shape of the
         output; a DataArray with dims and coordinates of the output; or a function of the times,
         shape (times,), which returns as many numbers, or one.
@@ -43,9 +44,9 @@ class Requirement:
     of : "nominal", the response with all inputs at their nominal values, or a bound like `below`.
     during : first and last time, or value of the last dim, between which it holds, ends included;
         always unless given.
-    criterion : what it takes to meet it: `analysis.WorstCase(sigmas)`, `analysis.Probability` or
-        `analysis.ShareOfParts`; the worst case of μ ± 3σ unless given.
-    unit : of all its numbers, "deg" say; that of the output unless given.
+    criterion : how it is decided whether it is met: `analysis.WorstCase(sigmas)`,
+        `analysis.Probability` or `analysis.ShareOfParts`; the worst case of μ ± 3σ unless given.
+    unit : of all its numbers, such as "deg"; that of the output unless given.
     identifier, source : where it comes from, such as "REQ-12" and the title of a document.
 
     Attributes
@@ -56,16 +57,18 @@ class Requirement:
     Raises
     ------
     InputError
-        If no bound is given, bounds leave nothing between them, a number is not real and finite, or
-        a text or the criterion is none.
+        If no bound is given, the upper bound is not above the lower one, a number is not real and
+        finite, or a text or the criterion is of another type.
 
     Examples
     --------
     >>> fb.Requirement("wiper angle", output="wiper", within=0.5, of="nominal", unit="deg")
     Requirement('wiper angle', output='wiper', within=0.5, unit='deg')
+    >>> str(fb.Requirement("F_X", above=-1600.0, below=1600.0))
+    'F_X between -1600 and 1600'
     >>> gap = fb.Requirement("gap", above=lambda t: 10 + 100 * t, during=(0.0, 0.5), unit="mm")
     >>> str(gap)
-    'gap (above a curve [mm] from 0 to 0.5)'
+    'gap above a curve [mm] from 0 to 0.5'
     """
 
     name: str
@@ -96,8 +99,7 @@ class Requirement:
         if self.within is not None:
             self._check_within(self.within)
         elif self.below is None and self.above is None:
-            within_hint = "" if self.label == "Limit" else ", or within"
-            raise InputError(f"{self.label} must have below, above or both{within_hint}; got none")
+            raise InputError(f"{self.label} must have below, above or both, or within; got none")
         elif not (isinstance(self.of, str) and self.of == NOMINAL):
             raise InputError(f"{self.label} of requires within, half the width of the band")
         for end in ("below", "above"):
@@ -130,9 +132,10 @@ class Requirement:
     def __str__(self) -> str:
         """Return the requirement in words: wiper angle (nominal ± 0.5°).
 
-        One that is named after its output reads: F between -5 and 5 from 0.1 to 0.2.
+        One that is named after its output reads: F between -5 and 5 from 0.1 to 0.2. Without an
+        output, a name without a blank may be that of one.
         """
-        if self.name == (self.output or "response"):
+        if self.name == self.output or (self.output is None and " " not in self.name):
             return f"{self.name} {self.bounds}"
         identifier = f"{self.identifier} " if self.identifier else ""
         return f"{identifier}{self.name} ({self.bounds})"
@@ -140,7 +143,7 @@ class Requirement:
     @property
     def label(self) -> str:
         """What error messages call it."""
-        return "Limit" if self.name == (self.output or "response") else f"Requirement {self.name!r}"
+        return f"Requirement {self.name!r}"
 
     @property
     def bounds(self) -> str:
@@ -180,7 +183,7 @@ class Requirement:
         curves = {}
         for label, values in cases.items():
             check_instance(f"{self.label} nominal", values, xr.DataArray, "study.nominal()")
-            number = chosen_output(self.label, self.output, values.expand_dims("sample"))[1]
+            number = self.output_in(values.expand_dims("sample"))[1]
             output = values if number is None else values.isel(output=number)
             curves[label] = output.drop_vars([k for k in output.coords if k not in values.dims])
         return replace(self, nominal=curves)
@@ -196,6 +199,13 @@ class Requirement:
         curves = [b for b in bounds.values() if not (b is None or isinstance(b, float | str))]
         return self if self.unit or curves else replace(self, unit=unit, **numbers)
 
+    def output_in(self, labels: xr.DataArray) -> tuple[str, int | None]:
+        """Return the name of its output in a response, (runs, …), and its number, if there is one.
+
+        Raise `InputError` if the response has no such output.
+        """
+        return chosen_output(self.label, self.output, labels, requirement=self.name)
+
     def check_fits(self, labels: xr.DataArray) -> None:
         """Raise `InputError` if it does not fit a response, as `corridor` does."""
         zeros = xr.zeros_like(labels[:0].sum("sample"))
@@ -207,7 +217,7 @@ class Requirement:
         Raise `InputError` if the response has no such output, a curve does not fit it, no time is
         within `during`, the unit is not one of the output, or bounds leave nothing between them.
         """
-        name, number = chosen_output(self.label, self.output, labels)
+        name, number = self.output_in(labels)
         output_labels = labels
         where = (...,)
         if number is not None:
@@ -304,43 +314,19 @@ def with_unit(number: str, unit: str) -> str:
     return f"{number}°" if unit in ("deg", "°") else f"{number} {unit}".rstrip()
 
 
-def Limit(  # noqa: N802
-    output: str | None = None,
-    below: Bound = None,
-    above: Bound = None,
-    during: tuple[float, float] | None = None,
-) -> Requirement:
-    """Return a `Requirement` that is named after its output, in the output's unit.
-
-    Parameters
-    ----------
-    output, below, above, during : as in `Requirement`.
-
-    Raises
-    ------
-    InputError
-        If neither `below` nor `above` is given, or one of them is not real and finite.
-
-    Examples
-    --------
-    >>> str(fb.Limit("F_X", above=-1600.0, below=1600.0))
-    'F_X between -1600 and 1600'
-    """
-    if output is not None:
-        check_instance("Limit output", output, str, "the name of an output")
-    return Requirement(output or "response", output, below, above, during=during)
-
-
 Requirements = Requirement | Sequence[Requirement]
 
 
-def requirement_tuple(requirements: Requirements, name: str = "limits") -> tuple[Requirement, ...]:
+def requirement_tuple(
+    requirements: Requirements, name: str = "requirements"
+) -> tuple[Requirement, ...]:
     """Return the tuple of one requirement, or of several; raise `InputError` if they are none."""
     sequence = [requirements] if isinstance(requirements, Requirement) else requirements
     is_sequence = isinstance(sequence, Sequence)
     if not is_sequence or not all(isinstance(requirement, Requirement) for requirement in sequence):
-        kind = "a Limit" if name == "limits" else "a Requirement"
-        raise InputError(f"{name} must be {kind} or a list of them; got {value_text(requirements)}")
+        raise InputError(
+            f"{name} must be a Requirement or a list of them; got {value_text(requirements)}"
+        )
     return tuple(sequence)
 
 
@@ -356,7 +342,7 @@ def by_name(requirements: Requirements) -> dict[str, Requirement]:
         requirement_by_name[name] = requirement
     if not sequence:
         raise InputError(
-            f"limits must be a Limit or a list of them; got {value_text(requirements)}"
+            f"requirements must be a Requirement or a list of them; got {value_text(requirements)}"
         )
     return requirement_by_name
 

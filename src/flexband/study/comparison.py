@@ -103,7 +103,8 @@ def compare(
     Raises
     ------
     InputError
-        If the study, the reference or a method is none, or the reference would take too many runs.
+        If the study, the reference or a method is of another type, or the reference would take too
+        many runs.
     """
     check_instance("study", study, Study)
     check_instance("methods", methods, list | tuple, "a list of methods")

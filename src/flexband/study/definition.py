@@ -10,6 +10,7 @@ import xarray as xr
 
 from flexband.basics.arguments import Fixed, frozen
 from flexband.basics.checks import check_instance
+from flexband.basics.former_names import warn_of_former_name
 from flexband.basics.progress import Progress
 from flexband.basics.response import Response, ResponseFunction, as_response
 from flexband.errors import InputError
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
 class StudyDefinition:
     """A response, its inputs and a method: what `Study` has, without what runs it into a folder.
 
-    Parameters and errors are those of `Study`, but `limits`, which are among the requirements.
+    Parameters and errors are those of `Study`.
     """
 
     response: ResponseFunction
@@ -60,9 +61,7 @@ class StudyDefinition:
         field_values = {
             "inputs": Fixed(self.inputs),
             "sigmas": checked_sigmas(self.sigmas),
-            "requirements": tuple(
-                dict.fromkeys(requirement_tuple(self.requirements, "requirements"))
-            ),
+            "requirements": tuple(dict.fromkeys(requirement_tuple(self.requirements))),
             "scatter": Fixed(self.scatter),
             "units": Fixed(display.units),
             "display_units": Fixed(display.display_units),
@@ -76,7 +75,8 @@ class StudyDefinition:
 
     @property
     def limits(self) -> tuple[Requirement, ...]:
-        """The requirements, by another name."""
+        """The requirements, by their former name."""
+        warn_of_former_name("Study.limits", "Study.requirements")
         return requirement_tuple(self.requirements)
 
     @property

@@ -23,10 +23,12 @@ def warn_of_free_pins(study: StudyDefinition) -> None:
     decided = study.source.instantaneous(**values)
     if decided is None:  # it is not known of a function of the user
         return
+    only_output = bool(decided) and len(study.source.description(**values).quantities) <= 1
     undecided = [
         str(requirement)
         for requirement in requirement_tuple(study.requirements)
-        if requirement.output not in decided and not (requirement.output is None and decided)
+        if (requirement.output or requirement.name) not in decided
+        and not (requirement.output is None and only_output)
     ]
     if undecided:
         warn(_text(undecided, pins, study.source.free_bodies(**values)))

@@ -179,8 +179,8 @@ class StudyProgress(ProgressListener):
         peak, per_carrier = memory_of(self.study, self.store, total, size)
         carriers = CarrierOptions().max_carriers
         peak_text = in_bytes(peak + carriers * per_carrier)
-        carrier_text = f"{in_bytes(per_carrier)} more for each of up to {carriers} carriers"
-        ringing = f", and if they ring {carrier_text}, {peak_text} in all"
+        carrier_text = f"{in_bytes(per_carrier)} more for each of up to {carriers} frequencies"
+        ringing = f", and if they vibrate {carrier_text}, {peak_text} in all"
         listener().warn(
             f"Outputs of {number_of(total, 'run')} take {in_bytes(total * size)}; the study needs "
             f"about {in_bytes(peak)} of memory{ringing * (per_carrier > 0)}.",

@@ -16,6 +16,7 @@ from flexband.basics.files import try_write
 from flexband.basics.progress import listener, run_counter
 from flexband.errors import InputError
 from flexband.execution.names import FileName
+from flexband.requirements.requirement import requirement_tuple
 from flexband.requirements.verdict import RequirementVerdict
 from flexband.study.nominal import around_nominal, discretization_error, with_recorded, with_runs
 from flexband.study.progress import StudyProgress
@@ -136,7 +137,8 @@ def checked_requirements(
 
     def skip_checks(why: str) -> tuple[None, tuple[RequirementVerdict, ...]]:
         return None, tuple(
-            RequirementVerdict.not_checked(requirement, why) for requirement in study.limits
+            RequirementVerdict.not_checked(requirement, why)
+            for requirement in requirement_tuple(study.requirements)
         )
 
     if not study.requirements:
@@ -144,7 +146,7 @@ def checked_requirements(
     if surrogate is None:
         return skip_checks("the method expands no response")
     from flexband.analysis.parts.part_distribution import yield_of  # noqa: PLC0415
-    from flexband.study.results.limits import check_limits_in  # noqa: PLC0415
+    from flexband.study.results.limits import check_requirements_in  # noqa: PLC0415
 
     # Margins that runs confirm where the surrogate does not decide.
     production = None if parts is None else yield_of(parts)
@@ -165,7 +167,7 @@ def checked_requirements(
         if verifying and not study.runs_elsewhere:
             judge = {"response": study.response, "store": progress.store}
             judge["executor"] = execution.get("executor")
-        check = check_limits_in(
+        check = check_requirements_in(
             folder,
             surrogate,
             requirements,

@@ -34,15 +34,15 @@ class RunOptions:
 
     Attributes
     ----------
-    batch : most runs in one call of the response.
+    batch : largest number of runs in one call of the response.
     executor : where runs are made, as in `propagate`.
-    failed : what is done about runs that fail, as in `propagate`.
+    failed : what to do if a run fails, as in `propagate`.
     verification_runs : number of runs that verify the result, 0 for none; None for the usual
         number.
-    record : whether runs are recorded in the folder, and those that are there used.
-    allow_mismatch : whether runs in the folder that may come from another response are used.
-    replace : whether runs that are in the folder are deleted before.
-    retry_failed : whether recorded runs that failed are made again.
+    record : whether runs are recorded in the folder, and recorded ones used.
+    allow_mismatch : whether recorded runs are used even if the response has changed.
+    replace : whether recorded runs are deleted first.
+    retry_failed : whether failed runs are repeated.
 
     Raises
     ------

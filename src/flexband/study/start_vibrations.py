@@ -36,7 +36,7 @@ class StartVibration(NamedTuple):
     ----------
     output : name of the output; "" where there is one only.
     frequency : [Hz].
-    share : largest deviation from the motion without it, in parts of the error bar's mean width.
+    share : largest deviation from the motion without it, relative to the error bar's mean width.
     """
 
     output: str

@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from flexband.basics.arguments import Fixed, arguments_checked
+from flexband.basics.former_names import former_arguments
 from flexband.basics.progress import Progress
 from flexband.basics.response import ResponseFunction
 from flexband.errors import InputError
-from flexband.requirements.requirement import Requirements, requirement_tuple
+from flexband.requirements.requirement import Requirements
 from flexband.requirements.scatter import Scatter
 from flexband.study.definition import StudyDefinition
 from flexband.uncertainty.methods.method import Method
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from flexband.study.run import RunOptions
 
 
+@former_arguments(limits="requirements")
 @arguments_checked
 class Study(StudyDefinition):
     """A response, its inputs and a method; `flexband run` reads the one named ``study`` in a file.
@@ -30,9 +32,8 @@ class Study(StudyDefinition):
     Parameters
     ----------
     response, inputs, method, sigmas : as in `propagate`.
-    limits, requirements : a `Requirement` or a `Limit`, or several, which `flexband run` checks
-        with the surrogate of the method. Both names mean the same, and both attributes have all of
-        them.
+    requirements : a `Requirement`, or several, which `flexband run` checks with the surrogate of
+        the method.
     scatter : how tolerances scatter in production, as for `production_yield`, for the yield.
     units : texts such as ``"mm"`` by names of inputs: of the numbers that the response takes.
     display_units : units such as ``"deg"`` by names of outputs and of inputs with `units`, in which
@@ -44,10 +45,10 @@ class Study(StudyDefinition):
     Raises
     ------
     InputError
-        If the inputs and the response's arguments do not match, the method is none, `sigmas` is
-        not a positive number, `limits` or `requirements` are none, `units` has a name that is no
-        input's or a unit that is no text, a display unit is none or of another dimension, or
-        `title_block` has another name.
+        If the inputs and the response's arguments do not match, `method` is not a method, `sigmas`
+        is not a positive number, `requirements` has something else than a `Requirement`, `units`
+        has a name that is no input's or a unit that is no text, a display unit is unknown or of
+        another dimension, or `title_block` has another name.
 
     Examples
     --------
@@ -63,9 +64,8 @@ class Study(StudyDefinition):
         inputs: Mapping[str, Any],
         method: Method,
         sigmas: float = 1.0,
-        limits: Requirements = (),
-        units: Mapping[str, str] = Fixed({}),
         requirements: Requirements = (),
+        units: Mapping[str, str] = Fixed({}),
         scatter: Scatter = Fixed({}),
         display_units: Mapping[str, str] = Fixed({}),
         title_block: Mapping[str, str] = Fixed({}),
@@ -75,10 +75,7 @@ class Study(StudyDefinition):
             inputs=inputs,
             method=method,
             sigmas=sigmas,
-            requirements=(
-                *requirement_tuple(limits),
-                *requirement_tuple(requirements, "requirements"),
-            ),
+            requirements=requirements,
             units=units,
             scatter=scatter,
             display_units=display_units,

@@ -57,18 +57,18 @@ def propagate(
     method : `AdaptivePCCI`, `PhaseResolvedPCCI`, `ImprovedPCCI`, `PCCI`, `RegressionPCCI`,
         `PerturbationChebyshev`, `LHSScanning`, `SobolScanning` or `MonteCarlo`.
     sigmas : k of the error bar.
-    batch : most runs in one call of the response. Bands do not depend on it.
+    batch : largest number of runs in one call of the response. Bands do not depend on it.
     most_runs : a method that takes more runs is refused before it starts.
     store : folder, or `Store`, in which every run is recorded as soon as it is finished. Runs that
-        are there are not made again: a study that was stopped or killed goes on, and another method
-        or other limits use what there is.
+        are there are not made again: a study that was stopped or killed continues, and another
+        method or other bounds use what there is.
     executor : where runs are made: None for this process, `Processes` for several on this machine,
         an executor of `concurrent.futures`, or a Dask client or its address. Bands do not depend on
         it.
     failed : what to do about a run that fails, by an error or by values that are not finite:
         "stop"; try "half step", a quarter and an eighth, and stop if these fail too; or "skip"
-        it and go on without, which regression and the scanning methods can, others only where they
-        hold runs out.
+        it and continue without, which regression and the scanning methods can, others only for
+        check runs.
     check : called after the first runs with the outputs, a DataArray without samples. What it
         raises ends the study before more is run.
     progress : called as ``progress(done, total)`` after every batch, and, in this process, within a

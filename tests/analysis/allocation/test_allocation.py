@@ -14,7 +14,7 @@ from flexband.analysis.allocation.grades import SIZES as ROWS
 
 SIZES = {"crank": 53.0, "coupler": 122.0, "rocker": 66.5, "ground": 100.0}
 GAMMA = np.radians(np.linspace(95.5, 215.5, 121))
-KEPT = fb.Limit(below=0.8, above=-0.8)
+KEPT = fb.Requirement("response", below=0.8, above=-0.8)
 LENGTHS = {name: fb.Interval.around(v, tolerance=0.5) for name, v in SIZES.items()}
 
 
@@ -99,9 +99,9 @@ def test_limits_that_no_size_keeps(sized):
     with pytest.raises(
         fb.errors.InputError, match=r"best of which are .*between.* violated by 0.01[678]"
     ):
-        fb.analysis.allocate(sized, fb.Limit(below=0.3, above=-0.3), costs)
+        fb.analysis.allocate(sized, fb.Requirement("response", below=0.3, above=-0.3), costs)
     feasible = fb.analysis.allocate(
-        sized, fb.Limit(below=0.32, above=-0.32), costs, response=generator
+        sized, fb.Requirement("response", below=0.32, above=-0.32), costs, response=generator
     )
     assert feasible.attrs["confirmed"] == "yes"
 
@@ -116,7 +116,9 @@ def test_the_best_of_several_sizes_is_found(tolerance):
     # |b| ≤ t: the largest |y| is t max p, where p has its least largest value within a ± tolerance
     inputs = {"a": fb.Sizing(-1.0, 1.0, tolerance), "b": fb.Interval(-3.0, 3.0)}
     surrogate = fb.expand(valleys, inputs, fb.PCCI(1, 4))
-    allocation = fb.analysis.allocate(surrogate, fb.Limit(below=1.0), {"b": 1.0}, response=valleys)
+    allocation = fb.analysis.allocate(
+        surrogate, fb.Requirement("response", below=1.0), {"b": 1.0}, response=valleys
+    )
     a = np.linspace(-1, 1, 20001)
     p = np.max([valleys(a + offset, 1.0)[:, 0] for offset in (-tolerance, tolerance)], axis=0)
     assert allocation["size"].item() == pytest.approx(a[p.argmin()], abs=2e-3)
@@ -128,7 +130,7 @@ def test_a_scatter_with_a_free_size():
     # μ + 3σ = p(a) (1 + 3 s) ≤ 1
     inputs = {"a": fb.Sizing(-1.0, 1.0), "b": fb.Normal(1.0, 0.5)}
     surrogate = fb.expand(valleys, inputs, fb.PCCI(1, 4))
-    allocation = fb.analysis.allocate(surrogate, fb.Limit(below=1.0), {"b": 1.0})
+    allocation = fb.analysis.allocate(surrogate, fb.Requirement("response", below=1.0), {"b": 1.0})
     p = valleys(np.linspace(-1, 1, 20001), 1.0).min()
     assert allocation["tolerance"].item() == pytest.approx((1 / p - 1) / 3, rel=1e-5)
 
@@ -196,7 +198,7 @@ def test_runs_correct_a_coarse_surrogate(four_bar):
 def test_multipliers_are_what_relaxing_the_limit_saves(four_bar):
     costs = dict.fromkeys(SIZES, 1.0)
     allocation, looser = (
-        fb.analysis.allocate(four_bar, fb.Limit(below=above, above=-0.8), costs)
+        fb.analysis.allocate(four_bar, fb.Requirement("response", below=above, above=-0.8), costs)
         for above in (0.8, 0.801)
     )
     cost_slope = (allocation.attrs["cost"] - looser.attrs["cost"]) / 1e-3
@@ -211,7 +213,7 @@ def test_one_linear_limit_has_a_closed_form(plane, costs):
     limit = 0.6
     t = np.sqrt(a / slope) * limit / (slope @ np.sqrt(a / slope))
     allocation = fb.analysis.allocate(
-        plane, fb.Limit(below=limit), dict(zip("ab", costs, strict=True))
+        plane, fb.Requirement("response", below=limit), dict(zip("ab", costs, strict=True))
     )
     assert allocation["tolerance"].values == pytest.approx(t, rel=1e-5)
     assert allocation.attrs["cost"] == pytest.approx((a / t).sum(), rel=1e-5)
@@ -227,7 +229,9 @@ def test_the_search_goes_on_where_no_margin_is_near_zero_at_its_start():
     # (3 a − 2 b)³ ≤ L: 3 t_a + 2 t_b = ∛L; the start, by a straight line, is far from the limit
     surrogate = fb.expand(lambda a, b: ((3 * a - 2 * b) ** 3)[:, None],
                           {k: fb.Interval(-1.0, 1.0) for k in "ab"}, fb.PCCI(1, 3))  # fmt: skip
-    allocation = fb.analysis.allocate(surrogate, fb.Limit(below=8.0), {"a": 3.0, "b": 2.0})
+    allocation = fb.analysis.allocate(
+        surrogate, fb.Requirement("response", below=8.0), {"a": 3.0, "b": 2.0}
+    )
     assert allocation["tolerance"].values == pytest.approx([0.4, 0.4], rel=1e-4)
 
 
@@ -236,7 +240,11 @@ def test_random_inputs_have_standard_deviations():
     inputs = {"a": fb.Normal(0.0, 1.0), "b": fb.Normal(0.0, 1.0)}
     surrogate = fb.expand(linear, inputs, fb.PCCI(1, 1))
     allocation = fb.analysis.allocate(
-        surrogate, fb.Limit(above=-0.6), {"a": 1.0, "b": 1.0}, sigmas=2.0, response=linear
+        surrogate,
+        fb.Requirement("response", above=-0.6),
+        {"a": 1.0, "b": 1.0},
+        sigmas=2.0,
+        response=linear,
     )
     shape = np.array([9.0, 4.0]) ** (-1 / 3)
     std = shape * 0.3 / np.sqrt(9 * shape[0] ** 2 + 4 * shape[1] ** 2)
@@ -253,7 +261,7 @@ def test_what_runs_show_and_what_the_surrogate_infers_are_told_apart():
 
     inputs = {"e": fb.Interval(-1.0, 1.0), "x": fb.Normal(0.0, 1.0)}
     surrogate = fb.expand(wave, inputs, fb.PCCI(6, 1))
-    limit = fb.Limit(below=2.5)
+    limit = fb.Requirement("response", below=2.5)
     allocation = fb.analysis.allocate(surrogate, limit, {"e": 1.0}, response=wave)
     uncorrected = fb.analysis.allocate(surrogate, limit, {"e": 1.0})
     assert allocation["tolerance"].item() == uncorrected["tolerance"].item()
@@ -269,7 +277,7 @@ def test_tolerances_and_scatter_together():
     inputs = {"a": fb.Interval(-1.0, 1.0), "b": fb.Normal(0.0, 1.0)}
     surrogate = fb.expand(linear, inputs, fb.PCCI(1, 1))
     allocation = fb.analysis.allocate(
-        surrogate, fb.Limit(below=1.0), {"a": 1.0, "b": 2.0}, sigmas=3.0
+        surrogate, fb.Requirement("response", below=1.0), {"a": 1.0, "b": 2.0}, sigmas=3.0
     )
     slope = np.array([3.0, 6.0])
     t = np.sqrt(np.array([1.0, 2.0]) / slope)
@@ -278,7 +286,7 @@ def test_tolerances_and_scatter_together():
 
 def test_the_largest_tolerances_are_enough(plane):
     allocation = fb.analysis.allocate(
-        plane, fb.Limit(below=10.0), {"a": 1.0, "b": 1.0}, response=linear
+        plane, fb.Requirement("response", below=10.0), {"a": 1.0, "b": 1.0}, response=linear
     )
     assert allocation["tolerance"].values.tolist() == [1.0, 1.0]
     assert allocation["saving_at"].values.tolist() == [0.0]
@@ -288,13 +296,17 @@ def test_the_largest_tolerances_are_enough(plane):
 
 def test_a_surrogate_that_is_not_trusted_is_remarked(plane):
     doubtful = replace(plane.with_attrs(not_trusted="response (a kink)"), held_out=None)
-    allocation = fb.analysis.allocate(doubtful, fb.Limit(below=1.0), {"a": 1.0, "b": 1.0})
+    allocation = fb.analysis.allocate(
+        doubtful, fb.Requirement("response", below=1.0), {"a": 1.0, "b": 1.0}
+    )
     assert allocation.attrs["verdict"].endswith("Not reliable: response (a kink)")
 
 
 def test_one_tolerance_at_its_largest(plane):
     # b is worth nothing: it takes 2 of 2.5, and a the rest
-    allocation = fb.analysis.allocate(plane, fb.Limit(below=2.5), {"a": 1e-3, "b": 100.0})
+    allocation = fb.analysis.allocate(
+        plane, fb.Requirement("response", below=2.5), {"a": 1e-3, "b": 100.0}
+    )
     assert allocation["tolerance"].values == pytest.approx([0.5 / 3, 1.0], rel=1e-5)
     assert allocation["saving"].item() == pytest.approx(1e-3 / (0.5 / 3) ** 2 / 3, rel=1e-3)
 
@@ -303,18 +315,20 @@ def test_infeasible_limits_name_the_instant_and_the_inputs(plane, four_bar):
     with pytest.raises(
         fb.errors.InputError, match=r"violated by 1.4\d* at time 1, because .*: a \(3\)"
     ):
-        fb.analysis.allocate(plane, fb.Limit(below=1.6), {"b": 1.0})
+        fb.analysis.allocate(plane, fb.Requirement("response", below=1.6), {"b": 1.0})
     with pytest.raises(
         fb.errors.InputError, match=r"below 0.4 is .* at angle 215.5.*nominal values"
     ):
-        fb.analysis.allocate(four_bar, fb.Limit(below=0.4), dict.fromkeys(SIZES, 1.0))
+        fb.analysis.allocate(
+            four_bar, fb.Requirement("response", below=0.4), dict.fromkeys(SIZES, 1.0)
+        )
 
 
 @pytest.mark.parametrize(
     ("limit", "costs", "reason"),
     [  # of a + 2 b + x + c + d - c d, nominal 20, with tolerances 1, 1, σ = 0.5, 1, 1
         (20.0, "abxcd", "the response is at the limit with all inputs at their nominal values"),
-        (19.0, "abxcd", "and so it is with all inputs at their nominal values"),
+        (19.0, "abxcd", "as it is with all inputs at their nominal values"),
         (19.0, "abcd", r"by: x \(1.5\); 1 of it with all inputs at their nominal values$"),
         (20.0, "abcd", r"tolerance, by: x \(1.5\)$"),
         (20.5, "abx", "together, and none alone: c, d$"),
@@ -336,11 +350,13 @@ def test_infeasible_limits_have_a_true_reason(limit, costs, reason):
     else:
         cost_models = dict.fromkeys(costs, 1.0)
     with pytest.raises(fb.errors.InputError, match=reason):
-        fb.analysis.allocate(sums, fb.Limit(below=limit), cost_models)
+        fb.analysis.allocate(sums, fb.Requirement("response", below=limit), cost_models)
 
 
 def test_without_runs_nothing_is_said_of_a_confirmation_that_failed(plane):
-    allocation = fb.analysis.allocate(plane, fb.Limit(below=2.5), {"a": 1.0, "b": 1.0})
+    allocation = fb.analysis.allocate(
+        plane, fb.Requirement("response", below=2.5), {"a": 1.0, "b": 1.0}
+    )
     assert allocation.attrs["verdict"].endswith("No runs were made to confirm it")
 
 
@@ -357,7 +373,7 @@ def test_without_runs_nothing_is_said_of_a_confirmation_that_failed(plane):
 )
 def test_refused_costs(plane, costs, message):
     with pytest.raises(fb.errors.InputError, match=message):
-        fb.analysis.allocate(plane, fb.Limit(below=1.0), costs)
+        fb.analysis.allocate(plane, fb.Requirement("response", below=1.0), costs)
 
 
 def test_grades_are_those_of_an_exhaustive_search(four_bar):
@@ -413,4 +429,4 @@ def test_grades_of_iso_286():
 )
 def test_refused_grades(plane, costs, message):
     with pytest.raises(fb.errors.InputError, match=message):
-        fb.analysis.allocate(plane, fb.Limit(below=1.0), costs)
+        fb.analysis.allocate(plane, fb.Requirement("response", below=1.0), costs)

@@ -1,4 +1,4 @@
-"""Tolerances for a stated probability of leaving limits: closed forms and fresh samples."""
+"""Tolerances for a stated probability of violating limits: closed forms and fresh samples."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def plane():
 def test_one_linear_limit_has_a_closed_form(plane, probability):
     # k √(9 s² + 4 r²) ≤ L with k = −Φ⁻¹(P) and the cost 1/s + 1/r: J² s³ is the same for both
     allocation = fb.analysis.allocate(
-        plane, fb.Limit(above=-0.6), {"a": 1.0, "b": 1.0}, probability=probability
+        plane, fb.Requirement("response", above=-0.6), {"a": 1.0, "b": 1.0}, probability=probability
     )
     shape = np.array([9.0, 4.0]) ** (-1 / 3)
     std = shape * 0.6 / -ndtri(probability) / np.sqrt(9 * shape[0] ** 2 + 4 * shape[1] ** 2)
@@ -63,7 +63,7 @@ def test_the_worst_of_the_intervals():
     surrogate = fb.expand(linear, inputs, fb.PCCI(1, 1))
     costs = {"a": 1.0, "b": 2.0}
     allocation = fb.analysis.allocate(
-        surrogate, fb.Limit(below=1.0), costs, probability=1e-3, response=linear
+        surrogate, fb.Requirement("response", below=1.0), costs, probability=1e-3, response=linear
     )
     slope = np.array([-3 * ndtri(1e-3), 2.0])
     cost = np.array([1.0, 2.0])
@@ -80,7 +80,7 @@ def test_first_passage_and_not_each_time():
     # the largest of a cos t + b sin t is Rayleigh distributed: P = exp(−L²/2σ²)
     surrogate = fb.expand(circle, dict.fromkeys("ab", fb.Normal(0.0, 1.0)), fb.PCCI(1, 1))
     allocation = fb.analysis.allocate(
-        surrogate, fb.Limit(below=1.0), {"a": 1.0, "b": 1.0}, probability=1e-3
+        surrogate, fb.Requirement("response", below=1.0), {"a": 1.0, "b": 1.0}, probability=1e-3
     )
     assert allocation["tolerance"].values == pytest.approx(1 / np.sqrt(-2 * np.log(1e-3)), rel=0.02)
     assert allocation["at_each_time"].max() < 5e-4
@@ -88,7 +88,7 @@ def test_first_passage_and_not_each_time():
 
 def test_runs_correct_the_probability():
     surrogate = fb.expand(bent, dict.fromkeys("ab", fb.Normal(0.0, 0.5)), fb.PCCI(1, 1))
-    limit = fb.Limit(below=1.6)
+    limit = fb.Requirement("response", below=1.6)
     costs = {"a": 1.0, "b": 1.0}
     uncorrected = fb.analysis.allocate(surrogate, limit, costs, probability=1e-3)
     allocation = fb.analysis.allocate(surrogate, limit, costs, probability=1e-3, response=bent)
@@ -114,7 +114,7 @@ def angle():
 
 
 def test_rare_probabilities_of_an_inexact_surrogate_are_bounded(angle):
-    limit = fb.Limit(below=1.0)
+    limit = fb.Requirement("response", below=1.0)
     costs = {"a": 1.0, "b": 1.0}
     allocation = fb.analysis.allocate(angle, limit, costs, probability=2e-5)
     assert (allocation["probability"], allocation["confidence_low"]) == (0.0, 0.0)
@@ -128,7 +128,7 @@ def test_rare_probabilities_of_an_inexact_surrogate_are_bounded(angle):
 
 
 def test_the_interval_allows_for_the_error_of_the_surrogate(angle):
-    limit = fb.Limit(below=0.6)
+    limit = fb.Requirement("response", below=0.6)
     costs = {"a": 1.0, "b": 1.0}
     allocation = fb.analysis.allocate(angle, limit, costs, probability=1e-2)
     tolerances = {k: fb.Normal(0.0, float(allocation["tolerance"].sel(name=k))) for k in "ab"}
@@ -151,7 +151,7 @@ def test_no_probability_of_a_surrogate_that_missed_its_tolerance():
 
     inputs = dict.fromkeys("ab", fb.Normal(0.0, 1.0))
     surrogate = fb.expand(step, inputs, fb.AdaptivePCCI(1e-4, 20))
-    limit = fb.Limit(below=2.0)
+    limit = fb.Requirement("response", below=2.0)
     costs = {"a": 1.0, "b": 1.0}
     names = "probability", "confidence_low", "confidence_high", "at_each_time"
     allocation = fb.analysis.allocate(surrogate, limit, costs, probability=1e-2)
@@ -170,7 +170,7 @@ def test_no_probability_of_a_surrogate_that_missed_its_tolerance():
 
 def test_the_largest_scatter_is_likely_enough(plane):
     allocation = fb.analysis.allocate(
-        plane, fb.Limit(below=20.0), {"a": 1.0, "b": 1.0}, probability=0.01
+        plane, fb.Requirement("response", below=20.0), {"a": 1.0, "b": 1.0}, probability=0.01
     )
     assert allocation["tolerance"].values.tolist() == [1.0, 1.0]
 
@@ -182,7 +182,9 @@ def test_sizes_and_scatter_for_a_probability():
 
     inputs = {"a": fb.Sizing(-1.0, 1.0), "b": fb.Normal(0.0, 1.0)}
     surrogate = fb.expand(valleys, inputs, fb.PCCI(1, 4))
-    allocation = fb.analysis.allocate(surrogate, fb.Limit(below=1.0), {"b": 1.0}, probability=1e-3)
+    allocation = fb.analysis.allocate(
+        surrogate, fb.Requirement("response", below=1.0), {"b": 1.0}, probability=1e-3
+    )
     p = valleys(np.linspace(-1, 1, 20001), 0.0).min()
     assert allocation["tolerance"].item() == pytest.approx((1 - p) / -ndtri(1e-3), rel=0.02)
 
@@ -193,11 +195,13 @@ def test_sizes_and_scatter_for_a_probability():
 )
 def test_refused_probabilities(plane, probability, message):
     with pytest.raises(fb.errors.InputError, match=message):
-        fb.analysis.allocate(plane, fb.Limit(below=1.0), {"a": 1.0}, probability=probability)
+        fb.analysis.allocate(
+            plane, fb.Requirement("response", below=1.0), {"a": 1.0}, probability=probability
+        )
 
 
 def test_what_a_probability_does_not_go_with(plane):
-    limit = fb.Limit(below=1.0)
+    limit = fb.Requirement("response", below=1.0)
     inputs = {"a": fb.Interval(-1, 1), "b": fb.Interval(-1, 1)}
     with pytest.raises(fb.errors.InputError, match="needs an input that is random"):
         fb.analysis.allocate(
@@ -211,5 +215,7 @@ def test_what_a_probability_does_not_go_with(plane):
     grades = {"a": fb.analysis.Grades({"fine": (0.1, 1.0)})}
     with pytest.raises(fb.errors.InputError, match="cannot be stated for Grades"):
         fb.analysis.allocate(plane, limit, grades, probability=0.01)
-    with pytest.raises(fb.errors.InputError, match="cannot be kept"):
-        fb.analysis.allocate(plane, fb.Limit(below=-1.0), {"a": 1.0}, probability=0.01)
+    with pytest.raises(fb.errors.InputError, match="cannot be met"):
+        fb.analysis.allocate(
+            plane, fb.Requirement("response", below=-1.0), {"a": 1.0}, probability=0.01
+        )

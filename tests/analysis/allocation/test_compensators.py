@@ -32,7 +32,9 @@ def inputs(reach, names="ab"):
 def test_margin_of_a_linear_response(reach):
     # L − max(0, Σ |J| t − |a| C)
     surrogate = fb.expand(shifted, inputs(reach), fb.PCCI(1, 1))
-    margins = fb.analysis.check_limits(surrogate, fb.Limit(below=4.0, above=-4.0))
+    margins = fb.analysis.check_requirements(
+        surrogate, fb.Requirement("response", below=4.0, above=-4.0)
+    )
     exact = 4.0 - max(0.0, 5.0 - 1.5 * reach)
     assert margins["least_margin"].item() == pytest.approx(exact, abs=1e-5)
     assert margins["least_margin"].item() <= exact + 1e-9
@@ -41,15 +43,17 @@ def test_margin_of_a_linear_response(reach):
 def test_one_adjustment_is_for_the_whole_motion():
     # at a = t one instant wants c = −C, the other c = C; adjusted at each, the margin were L
     surrogate = fb.expand(opposed, inputs(1.0, "a"), fb.PCCI(1, 1))
-    margins = fb.analysis.check_limits(surrogate, fb.Limit(below=1.5, above=-1.5))
+    margins = fb.analysis.check_requirements(
+        surrogate, fb.Requirement("response", below=1.5, above=-1.5)
+    )
     assert margins["least_margin"].item() == pytest.approx(0.5, abs=1e-5)
     assert margins["worst_inputs"].sel(input="c").item() == pytest.approx(0.0, abs=1e-5)
-    at_start = fb.analysis.check_limits(
-        surrogate, fb.Limit(below=1.5, above=-1.5, during=(0.0, 0.0))
+    at_start = fb.analysis.check_requirements(
+        surrogate, fb.Requirement("response", below=1.5, above=-1.5, during=(0.0, 0.0))
     )
     assert at_start["least_margin"].item() == pytest.approx(1.5, abs=1e-5)
     allocation = fb.analysis.allocate(
-        surrogate, fb.Limit(below=0.5, above=-0.5), {"a": 1.0}, response=opposed
+        surrogate, fb.Requirement("response", below=0.5, above=-0.5), {"a": 1.0}, response=opposed
     )
     assert allocation["tolerance"].item() == pytest.approx(0.5, rel=1e-4)
 
@@ -57,10 +61,10 @@ def test_one_adjustment_is_for_the_whole_motion():
 def test_limits_share_the_adjustment():
     # c within ±1 cannot lift a + c above 0 and keep a − c above 0 at a = −1
     surrogate = fb.expand(opposed, inputs(1.0, "a"), fb.PCCI(1, 1))
-    first = fb.Limit(above=0.0, during=(0, 0))
-    second = fb.Limit(above=0.0, during=(1, 1))
+    first = fb.Requirement("response", above=0.0, during=(0, 0))
+    second = fb.Requirement("response", above=0.0, during=(1, 1))
     for limits, margin in (([first], 0.0), ([second], 0.0), ([first, second], -1.0)):
-        margins = fb.analysis.check_limits(surrogate, limits)
+        margins = fb.analysis.check_requirements(surrogate, limits)
         assert margins["least_margin"].min() == pytest.approx(margin, abs=1e-5)
 
 
@@ -69,7 +73,10 @@ def test_tolerances_with_an_adjustment(reach):
     # Σ |J| t ≤ L + |a| C with the cost Σ 1/t: t ∝ √(1/|J|)
     surrogate = fb.expand(shifted, inputs(reach), fb.PCCI(1, 1))
     allocation = fb.analysis.allocate(
-        surrogate, fb.Limit(below=0.6, above=-0.6), {"a": 1.0, "b": 1.0}, response=shifted
+        surrogate,
+        fb.Requirement("response", below=0.6, above=-0.6),
+        {"a": 1.0, "b": 1.0},
+        response=shifted,
     )
     t = np.sqrt(1 / np.abs(SLOPE))
     t *= (0.6 + 1.5 * reach) / (np.abs(SLOPE) @ t)
@@ -86,7 +93,9 @@ def test_two_compensators():
 
     all_inputs = inputs(0.5) | {"d": fb.Compensator(-1.0, 1.0)}
     surrogate = fb.expand(response, all_inputs, fb.PCCI(1, 1))
-    margins = fb.analysis.check_limits(surrogate, fb.Limit(below=2.0, above=-2.0))
+    margins = fb.analysis.check_requirements(
+        surrogate, fb.Requirement("response", below=2.0, above=-2.0)
+    )
     grid = np.linspace(-1, 1, 81)
     worst = np.inf
     for a, b in product((-1.0, 1.0), repeat=2):
@@ -97,7 +106,9 @@ def test_two_compensators():
     with pytest.raises(
         fb.errors.InputError, match="at most 2 inputs can be a Compensator; got b, c, d"
     ):
-        fb.analysis.check_limits(fb.expand(response, three, fb.PCCI(1, 1)), fb.Limit(below=1.0))
+        fb.analysis.check_requirements(
+            fb.expand(response, three, fb.PCCI(1, 1)), fb.Requirement("response", below=1.0)
+        )
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -115,7 +126,9 @@ def test_quadratic_responses_against_brute_force(seed):
     grid = np.linspace(-1, 1, 41)
     a, b, c = (axis.ravel() for axis in np.meshgrid(grid, grid, grid, indexing="ij"))
     largest = np.abs(quadratic(a, b, c).values).max(axis=1).reshape(41, 41, 41).min(axis=2).max()
-    margins = fb.analysis.check_limits(surrogate, fb.Limit(below=5.0, above=-5.0))
+    margins = fb.analysis.check_requirements(
+        surrogate, fb.Requirement("response", below=5.0, above=-5.0)
+    )
     assert margins["least_margin"].item() == pytest.approx(5.0 - largest, abs=0.1)
     limit = (largest + best_of(quadratic, np.zeros(1), np.zeros(1))[0]) / 2
     t = np.linspace(0.02, 1.0, 50)
@@ -123,7 +136,7 @@ def test_quadratic_responses_against_brute_force(seed):
     signs = product((-1, 1), repeat=2)
     at_worst = np.max([best_of(quadratic, i * first, j * second) for i, j in signs], axis=0)
     cheapest = (1 / first + 1 / second)[at_worst <= limit].min()
-    keeps = fb.Limit(below=limit, above=-limit)
+    keeps = fb.Requirement("response", below=limit, above=-limit)
     allocation = fb.analysis.allocate(surrogate, keeps, {"a": 1.0, "b": 1.0}, response=quadratic)
     assert allocation.attrs["cost"] < cheapest < 1.1 * allocation.attrs["cost"]
     assert allocation.attrs["confirmed"] == "yes"
@@ -149,7 +162,9 @@ def test_scatter_is_after_the_adjustment():
         "c": fb.Compensator(-2.0, 2.0),
     }
     surrogate = fb.expand(shifted, all_inputs, fb.PCCI(1, 1))
-    margins = fb.analysis.check_limits(surrogate, fb.Limit(below=1.0, above=-1.0), sigmas=3.0)
+    margins = fb.analysis.check_requirements(
+        surrogate, fb.Requirement("response", below=1.0, above=-1.0), sigmas=3.0
+    )
     assert margins["least_margin"].item() == pytest.approx(1.0 - 0.6, abs=1e-5)
 
 
@@ -165,7 +180,7 @@ def test_sizes_and_compensators_together():
     }
     surrogate = fb.expand(valleys, all_inputs, fb.PCCI(1, 4))
     allocation = fb.analysis.allocate(
-        surrogate, fb.Limit(below=1.0, above=-1.0), {"b": 1.0}, response=valleys
+        surrogate, fb.Requirement("response", below=1.0, above=-1.0), {"b": 1.0}, response=valleys
     )
     p = valleys(np.linspace(-1, 1, 20001), 1.0, 0.0).min()
     assert allocation["tolerance"].item() == pytest.approx(1.5 / p, rel=3e-4)
@@ -183,8 +198,10 @@ def test_refused_compensators(arguments, message):
 def test_no_costs_of_compensators_and_no_grades_with_them():
     surrogate = fb.expand(shifted, inputs(1.0), fb.PCCI(1, 1))
     with pytest.raises(fb.errors.InputError, match="which are a, b; got 'c'"):
-        fb.analysis.allocate(surrogate, fb.Limit(below=1.0), {"c": 1.0})
+        fb.analysis.allocate(surrogate, fb.Requirement("response", below=1.0), {"c": 1.0})
     with pytest.raises(fb.errors.InputError, match="a Sizing or a Compensator; these are c"):
         fb.analysis.allocate(
-            surrogate, fb.Limit(below=1.0), {"a": fb.analysis.Grades({"fine": (0.1, 1.0)})}
+            surrogate,
+            fb.Requirement("response", below=1.0),
+            {"a": fb.analysis.Grades({"fine": (0.1, 1.0)})},
         )

@@ -96,7 +96,7 @@ def test_what_turns_between_the_times_may_leave_the_bounds_there():
 
 
 def test_the_yield_of_uniform_tolerances_is_that_of_irwin_and_hall():
-    limits = [fb.Limit(below=1.0), fb.Requirement("low", above=-1.5)]
+    limits = [fb.Requirement("response", below=1.0), fb.Requirement("low", above=-1.5)]
     sampling = sample_parts(total, TOLERANCES, samples=4000, requirements=limits)
     exact = irwin_hall(1.5, 2), 1 - irwin_hall(0.25, 2)
     assert sampling["limit"].values.tolist()[-1] == "any limit"
@@ -137,7 +137,7 @@ def test_requirements_hold_for_peaks_counts_and_windows():
         requirements=[
             fb.Requirement("strength", "peak", below=1.25, unit="N"),
             fb.Requirement("wear", "count", below=0.5, criterion=ShareOfParts(0.6)),
-            fb.Limit("wave", below=1.25), fb.Limit("late", below=1.0),
+            fb.Requirement("wave", below=1.25), fb.Requirement("late", below=1.0),
         ],
     )  # fmt: skip
     assert sampling["unit"].values.tolist() == ["N", "", "N"]
@@ -216,7 +216,7 @@ def test_runs_that_fail_may_have_met_a_requirement_or_not(tmp_path):
     def response(a, b):
         return np.where(a > 0.9, np.nan, a + b)
 
-    limit = fb.Limit(below=1.0)
+    limit = fb.Requirement("response", below=1.0)
     sampling = sample_parts(response, TOLERANCES, samples=400, requirements=limit, failed="skip")
     failure_count = sampling.attrs["runs_failed"]
     assert 5 < failure_count < 40
@@ -238,7 +238,7 @@ def test_runs_that_fail_may_have_met_a_requirement_or_not(tmp_path):
         ({"scatter": {"c": fb.Uniform(0.0, 1.0)}}, "a name in scatter must be"),
         ({"scatter": {"a": fb.Uniform(0.0, 5.0)}}, "scatter"),
         ({"scatter": 1.0}, "scatter must be"),
-        ({"requirements": fb.Limit("z", below=1.0)}, "Limit output must be"),
+        ({"requirements": fb.Requirement("z", "z", below=1.0)}, "'z' output must be"),
         ({"inputs": {"a": fb.Choice(1.0, 2.0), "b": fb.Interval(0.0, 1.0)}}, "no Choice; got a"),
         (
             {
@@ -261,7 +261,7 @@ def test_the_error_of_runs_moves_limits_for_both_ends_of_a_share():
         output=["y"]
     )
     numbers = levels.expand_dims({"quantity": ["largest y"]}, -1)
-    limits = [fb.Limit("y", below=1.0), fb.Limit("largest y", below=1.0)]
+    limits = [fb.Requirement("y", below=1.0), fb.Requirement("largest y", below=1.0)]
     margins = margins_of(limits, response, numbers, "", np.full((1, 4), 0.15))
     np.testing.assert_array_equal((margins < 0).sum(axis=-1), [[1, 2], [2, 2], [3, 2]])
 

@@ -53,7 +53,7 @@ def lever_is_longer(limit):
 
 def test_a_surrogate_without_a_judge_states_no_probability_and_runs_give_it_one():
     surrogate = fb.expand(lever, {"L": LENGTH, "t": ANGLE}, fb.PCCI())
-    limit = fb.Limit(below=2.5)
+    limit = fb.Requirement("response", below=2.5)
     exact = lever_is_longer(2.5)
     with pytest.MonkeyPatch.context() as patch:
         search_roughly(patch)
@@ -81,14 +81,19 @@ def test_a_surrogate_without_a_judge_states_no_probability_and_runs_give_it_one(
 @pytest.mark.parametrize(
     ("response", "inputs", "method", "limit"),
     [
-        (kink, {"x": fb.Interval(-1, 1)}, fb.PCCI(), fb.Limit(above=0.02)),
-        (wave, {"e": fb.Interval(-1, 1)}, fb.ImprovedPCCI(3, 3), fb.Limit(below=0.5)),
+        (kink, {"x": fb.Interval(-1, 1)}, fb.PCCI(), fb.Requirement("response", above=0.02)),
+        (
+            wave,
+            {"e": fb.Interval(-1, 1)},
+            fb.ImprovedPCCI(3, 3),
+            fb.Requirement("response", below=0.5),
+        ),
     ],
 )
 def test_worst_cases_are_not_decided_by_what_no_run_has_judged(response, inputs, method, limit):
     surrogate = fb.expand(response, inputs, method)
     for candidate in (surrogate, fb.verify(surrogate, response)):
-        margins = fb.analysis.check_limits(candidate, limit)
+        margins = fb.analysis.check_requirements(candidate, limit)
         assert margins["verdict"].values.item() == LimitVerdict.UNDECIDED
     verified = fb.verify(surrogate, response)
     bands = verified.bands()
@@ -106,10 +111,10 @@ def test_what_an_exact_surrogate_keeps_is_kept_once_runs_have_judged_it():
 
     inputs = {"x": fb.Normal(0, 1), "e": fb.Interval(-1, 1)}
     surrogate = fb.expand(line, inputs, fb.PCCI(2, 1))
-    limit = fb.Limit(below=8.0)
-    assert fb.analysis.check_limits(surrogate, limit)["verdict"].values.item() == "undecided"
+    limit = fb.Requirement("response", below=8.0)
+    assert fb.analysis.check_requirements(surrogate, limit)["verdict"].values.item() == "undecided"
     verified = fb.verify(surrogate, line, runs=8)
-    assert fb.analysis.check_limits(verified, limit)["verdict"].values.item() == "kept"
+    assert fb.analysis.check_requirements(verified, limit)["verdict"].values.item() == "kept"
     low, high = interval_of(fb.analysis.failure_probability(verified, limit))
     assert low < norm.sf(3.5) < high < 1.5 * low
     assert verified.bands().attrs["runs"] == surrogate.bands().attrs["runs"]

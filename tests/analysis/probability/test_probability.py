@@ -49,10 +49,12 @@ def test_a_linear_response_down_to_1e_9(deviations):
         return constant(3 * x + 4 * y)
 
     surrogate = fb.expand(response, {"x": NORMAL, "y": NORMAL}, fb.AdaptivePCCI())
-    probabilities = fb.analysis.failure_probability(surrogate, fb.Limit(below=5 * deviations))
+    probabilities = fb.analysis.failure_probability(
+        surrogate, fb.Requirement("response", below=5 * deviations)
+    )
     agrees(probabilities, norm.sf(deviations))
     two_sided = fb.analysis.failure_probability(
-        surrogate, fb.Limit(below=5 * deviations, above=-5 * deviations), seed=1
+        surrogate, fb.Requirement("response", below=5 * deviations, above=-5 * deviations), seed=1
     )
     agrees(two_sided, 2 * norm.sf(deviations))
 
@@ -68,7 +70,9 @@ def test_many_random_inputs():
     response.__signature__ = inspect.Signature(parameters)
     method = fb.methods.PerturbationChebyshev(1)
     surrogate = fb.verify(fb.expand(response, dict.fromkeys(names, NORMAL), method), response)
-    probabilities = fb.analysis.failure_probability(surrogate, fb.Limit(below=4.5), accuracy=0.05)
+    probabilities = fb.analysis.failure_probability(
+        surrogate, fb.Requirement("response", below=4.5), accuracy=0.05
+    )
     agrees(probabilities, norm.sf(4.5), 0.15)
 
 
@@ -79,7 +83,9 @@ def test_first_passage_is_not_the_largest_probability_at_one_time():
         return over_time(a[:, None] * np.cos(2 * np.pi * T) + b[:, None] * np.sin(2 * np.pi * T))
 
     surrogate = fb.expand(response, {"a": NORMAL, "b": NORMAL}, fb.AdaptivePCCI())
-    probabilities = fb.analysis.failure_probability(surrogate, fb.Limit(below=4.0))
+    probabilities = fb.analysis.failure_probability(
+        surrogate, fb.Requirement("response", below=4.0)
+    )
     agrees(probabilities, np.exp(-8.0))
     at_each_time = probabilities["at_each_time"].values[1, 0]
     np.testing.assert_allclose(at_each_time, norm.sf(4.0), rtol=0.5)
@@ -90,7 +96,7 @@ def test_first_passage_is_not_the_largest_probability_at_one_time():
         {"a": NORMAL, "b": NORMAL},
         fb.AdaptivePCCI(),
     )
-    probabilities = fb.analysis.failure_probability(coarse, fb.Limit(below=4.0))
+    probabilities = fb.analysis.failure_probability(coarse, fb.Requirement("response", below=4.0))
     on_grid, between_times = (
         float(probabilities[k][0, 0]) for k in ("probability", "between_times")
     )
@@ -106,10 +112,14 @@ def test_impacts_may_turn_a_motion_at_a_time_where_a_parabola_goes_on():
         return over_time(1 + 0.1 * x[:, None] - slopes * np.abs(T - 0.5))
 
     surrogate = fb.expand(turning, {"x": NORMAL}, fb.AdaptivePCCI()).with_attrs(impacts=1)
-    probabilities = fb.analysis.failure_probability(surrogate, fb.Limit(below=1.2))
+    probabilities = fb.analysis.failure_probability(
+        surrogate, fb.Requirement("response", below=1.2)
+    )
     ends = [float(probabilities[f"between_times_{k}"][0, 0]) for k in ("low", "high")]
     assert ends[0] < norm.sf(2.0) < ends[1]
-    smooth = fb.analysis.failure_probability(surrogate.with_attrs(impacts=0), fb.Limit(below=1.2))
+    smooth = fb.analysis.failure_probability(
+        surrogate.with_attrs(impacts=0), fb.Requirement("response", below=1.2)
+    )
     assert float(smooth["between_times_high"][0, 0]) > 1.2 * norm.sf(2.0)
 
 
@@ -118,14 +128,19 @@ def test_amplitude_and_phase():
     swing = fb.expand(
         lambda a: over_time((2 + 0.3 * a)[:, None] * wave), {"a": NORMAL}, fb.AdaptivePCCI()
     )
-    agrees(fb.analysis.failure_probability(swing, fb.Limit(below=3.2)), norm.sf(4.0))
+    agrees(
+        fb.analysis.failure_probability(swing, fb.Requirement("response", below=3.2)), norm.sf(4.0)
+    )
 
     def turning(phase):
         return over_time(np.cos(2 * T + phase[:, None]))
 
     surrogate = fb.expand(turning, {"phase": fb.Uniform(0.5, 3.0)}, fb.AdaptivePCCI(1e-5))
     first = np.pi - np.arccos(0.99) - 2  # −0.99 is passed if the phase is more than this
-    agrees(fb.analysis.failure_probability(surrogate, fb.Limit(above=-0.99)), (3.0 - first) / 2.5)
+    agrees(
+        fb.analysis.failure_probability(surrogate, fb.Requirement("response", above=-0.99)),
+        (3.0 - first) / 2.5,
+    )
 
 
 def test_intervals_and_random_inputs_together():
@@ -137,10 +152,12 @@ def test_intervals_and_random_inputs_together():
 
     inputs = {"e": fb.Interval(-1, 1), "f": fb.Interval(-1, 1), "x": NORMAL, "y": NORMAL}
     surrogate = fb.expand(response, inputs, fb.AdaptivePCCI())
-    probabilities = fb.analysis.failure_probability(surrogate, fb.Limit(below=4.0))
+    probabilities = fb.analysis.failure_probability(
+        surrogate, fb.Requirement("response", below=4.0)
+    )
     agrees(probabilities, [exact(-1, -1, 4.0), exact(1, 1, 4.0)])
     np.testing.assert_array_equal(probabilities["probability_at"][:, :, 0], [[-1, 1], [-1, 1]])
-    rare = fb.analysis.failure_probability(surrogate, fb.Limit(below=8.0))
+    rare = fb.analysis.failure_probability(surrogate, fb.Requirement("response", below=8.0))
     value, _, high = bounds(rare)
     assert value[0] == 0.0
     assert exact(-1, -1, 8.0) < high[0] < 1e-10
@@ -153,7 +170,9 @@ def test_an_end_inside_the_box():
         return constant(x + 1 - e**2 + 0.3 * e)
 
     surrogate = fb.expand(response, {"e": fb.Interval(-1, 1), "x": NORMAL}, fb.AdaptivePCCI())
-    probabilities = fb.analysis.failure_probability(surrogate, fb.Limit(below=4.0))
+    probabilities = fb.analysis.failure_probability(
+        surrogate, fb.Requirement("response", below=4.0)
+    )
     agrees(probabilities, [norm.sf(4.3), norm.sf(3 - 0.15**2)])
     np.testing.assert_allclose(probabilities["probability_at"][0, :, 0], [-1, 0.15], atol=0.06)
 
@@ -169,7 +188,9 @@ def test_each_time_has_bounds_of_its_own():
 
     inputs = {"e": fb.Interval(-1, 1), "f": fb.Interval(-1, 1), "x": NORMAL}
     surrogate = fb.expand(response, inputs, fb.AdaptivePCCI())
-    probabilities = fb.analysis.failure_probability(surrogate, fb.Limit(below=3.5)).isel(limit=0)
+    probabilities = fb.analysis.failure_probability(
+        surrogate, fb.Requirement("response", below=3.5)
+    ).isel(limit=0)
     slope = np.abs(g) / 2
     farthest = 1 + np.abs(h)
     exact = norm.sf([3.5 + slope - (1 - farthest**2) / 2, 3.5 - slope - 0.5])
@@ -197,9 +218,9 @@ def test_at_each_time_ends_are_in_order_and_no_sample_stands_alone(seed):
 
     inputs = {"e": fb.Interval(-1, 1), "a": NORMAL, "b": NORMAL}
     surrogate = fb.expand(response, inputs, fb.AdaptivePCCI())
-    probabilities = fb.analysis.failure_probability(surrogate, fb.Limit(below=3.0), seed=seed).isel(
-        limit=0
-    )
+    probabilities = fb.analysis.failure_probability(
+        surrogate, fb.Requirement("response", below=3.0), seed=seed
+    ).isel(limit=0)
     exact = norm.sf((3.0 - np.abs(g) * np.array([[-1.0], [1.0]])) / size)
     value, low, high = (probabilities[f"at_each_time{k}"].values for k in ("", "_low", "_high"))
     for ends in (value, low, high):
@@ -243,7 +264,7 @@ def test_a_four_bar_leaves_its_structural_error():
     surrogate = fb.expand(four_bar, inputs, fb.AdaptivePCCI(0.001))
     for limit, exact, tolerance in ((0.7, 4.0e-2, 0.05), (0.8, 6.4e-3, 0.05), (0.9, 7.0e-4, 0.1)):
         probabilities = fb.analysis.failure_probability(
-            surrogate, fb.Limit(below=limit, above=-limit), accuracy=0.015
+            surrogate, fb.Requirement("response", below=limit, above=-limit), accuracy=0.015
         )
         assert float(probabilities["probability"][0, 0]) == pytest.approx(exact, rel=tolerance)
 
@@ -256,7 +277,7 @@ def test_several_limits_and_the_expected_error():
         return xr.DataArray(y, {"output": ["a", "b"]}, ("sample", "output", "time"))
 
     surrogate = fb.expand(response, {"x": NORMAL}, fb.AdaptivePCCI())
-    limits = [fb.Limit("a", below=3.0), fb.Limit("b", below=3.5)]
+    limits = [fb.Requirement("a", below=3.0), fb.Requirement("b", below=3.5)]
     probabilities = fb.analysis.failure_probability(surrogate, limits)
     assert probabilities["limit"].values.tolist()[-1] == "any limit"
     exact = [norm.sf(3.0), norm.sf(3.5), norm.sf(3.0) + norm.sf(3.5)]
@@ -265,14 +286,16 @@ def test_several_limits_and_the_expected_error():
     inexact = fb.expand(
         lambda x: constant(np.tanh(2 * x)), {"x": NORMAL}, fb.AdaptivePCCI(0.05, 24)
     )
-    probabilities = fb.analysis.failure_probability(inexact, fb.Limit(below=0.8))
+    probabilities = fb.analysis.failure_probability(inexact, fb.Requirement("response", below=0.8))
     looser, value, tighter = (
         float(probabilities[k][0, 0]) for k in ("limit_looser", "probability", "limit_tighter")
     )
     assert looser < value < tighter
     assert looser < norm.sf(np.arctanh(0.8) / 2) < tighter
     error = 4 * float(inexact.bands()["error_bar_expected_error"][0])
-    tighter_limit = fb.analysis.failure_probability(inexact, fb.Limit(below=0.8 - error))
+    tighter_limit = fb.analysis.failure_probability(
+        inexact, fb.Requirement("response", below=0.8 - error)
+    )
     assert tighter == pytest.approx(float(tighter_limit["probability"][0, 0]), rel=0.1)
 
 
@@ -300,7 +323,9 @@ def test_a_limit_that_one_corner_breaks_beside_one_that_chance_breaks(seed):
         return xr.DataArray(y, {"time": np.arange(7.0)}, ("sample", "time"))
 
     surrogate = fb.expand(response, FIVE, fb.AdaptivePCCI())
-    probabilities = fb.analysis.failure_probability(surrogate, fb.Limit(below=4.9), seed=seed)
+    probabilities = fb.analysis.failure_probability(
+        surrogate, fb.Requirement("response", below=4.9), seed=seed
+    )
     assert probabilities["probability"].values[1, 0] == pytest.approx(1.0, abs=0.08)
     corner = probabilities["probability_at"].sel(bound="upper").values.ravel()
     np.testing.assert_array_equal(corner, [1.0, -1.0, 1.0, 1.0, -1.0])
@@ -315,7 +340,7 @@ def test_leaving_any_limit_is_as_likely_as_leaving_one_of_them(seed, monkeypatch
         return xr.DataArray(y, {"output": ["a", "b"]}, ("sample", "output", "time"))
 
     surrogate = fb.expand(response, FIVE, fb.AdaptivePCCI())
-    limits = [fb.Limit("a", below=4.9), fb.Limit("b", below=1.8)]
+    limits = [fb.Requirement("a", below=4.9), fb.Requirement("b", below=1.8)]
     search_roughly(monkeypatch)
     probabilities = fb.analysis.failure_probability(surrogate, limits, seed=seed)
     for name in ("probability", "between_times", "at_each_time"):
@@ -334,14 +359,14 @@ def test_a_limit_that_is_left_for_certain_has_a_probability_of_one(seed):
 
     inputs = {"e": fb.Interval(-1, 1), "x": fb.Normal(0, 1), "y": fb.Normal(0, 1)}
     surrogate = fb.verify(fb.expand(response, inputs, fb.PCCI(2, 1)), response)
-    limits = [fb.Limit("a", below=0.99), fb.Limit("b", below=4.8)]
+    limits = [fb.Requirement("a", below=0.99), fb.Requirement("b", below=4.8)]
     probabilities = fb.analysis.failure_probability(surrogate, limits, seed=seed)
     for name in ("probability", "confidence_low", "confidence_high", "limit_tighter"):
         np.testing.assert_allclose(probabilities[name].values[1, [0, 2]], 1.0, atol=1e-6)
     assert probabilities["probability"].sel(bound="upper").values[1] < 1e-4
-    certain = fb.analysis.failure_probability(surrogate, fb.Limit("a", below=-1.0001), seed=seed)[
-        "probability"
-    ]
+    certain = fb.analysis.failure_probability(
+        surrogate, fb.Requirement("a", below=-1.0001), seed=seed
+    )["probability"]
     np.testing.assert_allclose(certain[:, 0], [norm.cdf(1.0), 1.0], rtol=0.05)
 
 
@@ -351,13 +376,18 @@ def test_choices_and_seeds():
 
     inputs = {"x": NORMAL, "kind": fb.Choice("steel", "brass")}
     surrogate = fb.expand(response, inputs, fb.AdaptivePCCI())
-    probabilities = fb.analysis.failure_probability(surrogate, fb.Limit(below=3.0))
+    probabilities = fb.analysis.failure_probability(
+        surrogate, fb.Requirement("response", below=3.0)
+    )
     agrees(probabilities, [norm.sf(3.0), norm.sf(2.0)])
     assert probabilities["probability_choice"].values[:, 0].tolist() == ["steel", "brass"]
     xr.testing.assert_identical(
-        probabilities, fb.analysis.failure_probability(surrogate, fb.Limit(below=3.0))
+        probabilities,
+        fb.analysis.failure_probability(surrogate, fb.Requirement("response", below=3.0)),
     )
-    reseeded = fb.analysis.failure_probability(surrogate, fb.Limit(below=3.0), seed=1)
+    reseeded = fb.analysis.failure_probability(
+        surrogate, fb.Requirement("response", below=3.0), seed=1
+    )
     assert np.all(bounds(reseeded)[0] != bounds(probabilities)[0])
 
 
@@ -377,7 +407,7 @@ def test_runs_correct_a_wrong_surrogate():
     A response that jumps by one, faster than runs tell, leaves disagreements, which are counted.
     """
     plane = fb.expand(curved, {"x": NORMAL, "y": NORMAL}, fb.PCCI(1, 1))
-    limit = fb.Limit(below=4.75)
+    limit = fb.Requirement("response", below=4.75)
     exact = beyond(4.75)
     probabilities = fb.analysis.failure_probability(plane, limit, response=curved)
     agrees(probabilities, exact)
@@ -390,7 +420,7 @@ def test_runs_correct_a_wrong_surrogate():
 
     x = np.linspace(-8, 8, 1_000_001)
     line = fb.expand(torn, {"x": NORMAL}, fb.PCCI(1, 1))
-    limit = fb.Limit(below=2.5)
+    limit = fb.Requirement("response", below=2.5)
     exact = np.trapezoid(norm.pdf(x) * (torn(x)[:, 0] > 2.5), x)
     estimates = [
         fb.analysis.failure_probability(line, limit, response=torn, runs=32, seed=k)
@@ -415,7 +445,7 @@ def test_runs_correct_at_intervals_and_choices(tmp_path):
     options = {"response": response, "runs": 32, "accuracy": 0.05, "store": tmp_path / "runs"}
     calls.clear()
     reports = []
-    limit = fb.Limit(below=4.0)
+    limit = fb.Requirement("response", below=4.0)
     probabilities = fb.analysis.failure_probability(
         surrogate, limit, progress=lambda *k: reports.append(k), **options
     )
@@ -436,8 +466,16 @@ def test_runs_correct_at_intervals_and_choices(tmp_path):
         ({"accuracy": 0.0}, "accuracy must be from 0.002 to 0.5"),
         ({"accuracy": np.nan}, "accuracy must be"),
         ({"seed": -1}, "seed must be"),
-        ({"limits": []}, "limits must be a Limit"),
-        ({"limits": [fb.Limit(below=-1.0), fb.Limit(above=1.0)]}, "something between"),
+        ({"requirements": []}, "requirements must be a Requirement"),
+        (
+            {
+                "requirements": [
+                    fb.Requirement("response", below=-1.0),
+                    fb.Requirement("response", above=1.0),
+                ]
+            },
+            "something between",
+        ),
         ({"surrogate": "x"}, "surrogate must be"),
         ({"response": "x"}, "response must be"),
         ({"response": lambda y: y}, "does not take|response needs"),
@@ -449,14 +487,15 @@ def test_refused_by_name(options, message):
     surrogate = fb.expand(constant_of_x, {"x": NORMAL}, fb.PCCI(1, 1))
     with pytest.raises(fb.errors.InputError, match=message):
         fb.analysis.failure_probability(
-            **{"surrogate": surrogate, "limits": fb.Limit(below=1.0)} | options
+            **{"surrogate": surrogate, "requirements": fb.Requirement("response", below=1.0)}
+            | options
         )
 
 
 def test_intervals_alone_have_no_probability():
     surrogate = fb.expand(constant_of_x, {"x": fb.Interval(0, 1)}, fb.PCCI(1, 1))
     with pytest.raises(fb.errors.InputError, match="must have random inputs"):
-        fb.analysis.failure_probability(surrogate, fb.Limit(below=0.5))
+        fb.analysis.failure_probability(surrogate, fb.Requirement("response", below=0.5))
 
 
 @pytest.mark.parametrize("seed", [2, 3])
@@ -471,7 +510,7 @@ def test_the_interval_of_a_largest_probability_inside_the_box_holds_it(seed):
     intervals = {"e": fb.Interval(-1, 1), "g": fb.Interval(-1, 1)}
     inputs = {"x": NORMAL, "y": NORMAL} | intervals
     surrogate = fb.verify(fb.expand(response, inputs, fb.PCCI(1, 2)), response)
-    limit = fb.Limit(below=2.2805194)
+    limit = fb.Requirement("response", below=2.2805194)
     exact = norm.sf((2.2805194 - 0.24 * 0.61 - 0.12**2 / 2.54) / np.hypot(0.62, 0.3))
     probabilities = fb.analysis.failure_probability(surrogate, limit, seed=seed)
     value, low, high = bounds(probabilities)[:, 1]
@@ -490,7 +529,9 @@ def test_corners_are_named_by_common_samples_where_the_probability_hardly_change
         return constant(x + 2e-3 * e)
 
     surrogate = fb.expand(response, {"e": fb.Interval(-1, 1), "x": NORMAL}, fb.PCCI(1, 1))
-    probabilities = fb.analysis.failure_probability(surrogate, fb.Limit(below=3.0), seed=seed)
+    probabilities = fb.analysis.failure_probability(
+        surrogate, fb.Requirement("response", below=3.0), seed=seed
+    )
     np.testing.assert_array_equal(probabilities["probability_at"].values.ravel(), [-1.0, 1.0])
     assert probabilities["probability"].values[0, 0] <= probabilities["probability"].values[1, 0]
 
@@ -503,13 +544,13 @@ def test_no_probability_of_a_surrogate_that_missed_its_tolerance():
 
     surrogate = fb.expand(response, {"x": NORMAL}, fb.AdaptivePCCI(1e-4, 12))
     assert surrogate.diagnostics.attrs["expected_error"] > 1e-4
-    limit = fb.Limit(below=0.8)
+    limit = fb.Requirement("response", below=0.8)
     probabilities = fb.analysis.failure_probability(surrogate, limit)
     names = ("probability", "confidence_high", "between_times", "limit_tighter", "at_each_time")
     assert all(np.isnan(probabilities[name]).all() for name in names)
     assert "not given" in probabilities.attrs["verdict"]
     assert (
-        limits_table(fb.analysis.check_limits(surrogate, limit), probabilities)[1][0][-2:]
+        limits_table(fb.analysis.check_requirements(surrogate, limit), probabilities)[1][0][-2:]
         == ["not given"] * 2
     )
     assert not is_likely(probabilities)

@@ -55,7 +55,9 @@ def interval(probabilities):
 def test_a_truss_leaves_its_limits_as_published():
     surrogate = fb.expand(truss, TRUSS, fb.AdaptivePCCI(tolerance=0.005))
     for limit, exact in PUBLISHED.items():
-        probabilities = fb.analysis.failure_probability(surrogate, fb.Limit(below=limit))
+        probabilities = fb.analysis.failure_probability(
+            surrogate, fb.Requirement("response", below=limit)
+        )
         value, low, high = interval(probabilities)
         assert low <= exact <= high
         if exact > 1e-4:
@@ -72,7 +74,7 @@ def test_a_truss_leaves_its_limits_as_published():
             )
             assert "response=" in probabilities.attrs["verdict"]
     by_runs = fb.analysis.failure_probability(
-        surrogate, fb.Limit(below=0.16), response=truss, runs=32
+        surrogate, fb.Requirement("response", below=0.16), response=truss, runs=32
     )
     value, low, high = interval(by_runs)
     assert 0.0 < low <= PUBLISHED[0.16] <= high < 3 * low
@@ -86,7 +88,9 @@ def test_what_cannot_be_exceeded_has_no_probability_but_a_bound():
         return np.arctan(0.4 * x)[:, None]
 
     surrogate = fb.expand(angle, {"x": NORMAL}, fb.AdaptivePCCI(tolerance=0.01))
-    probabilities = fb.analysis.failure_probability(surrogate, fb.Limit(below=1.35))
+    probabilities = fb.analysis.failure_probability(
+        surrogate, fb.Requirement("response", below=1.35)
+    )
     assert interval(probabilities) == [0.0, 0.0, pytest.approx(1e-4, rel=0.2)]
     assert np.all(probabilities["at_each_time"] == 0.0)
     assert norm.sf(np.tan(1.35) / 0.4) < 1e-26
@@ -96,7 +100,7 @@ def test_an_exact_surrogate_states_its_tails_and_runs_must_say_so():
     def line(x):
         return 2 * x[:, None]
 
-    limit = fb.Limit(below=10.0)
+    limit = fb.Requirement("response", below=10.0)
     exact = norm.sf(5.0)
     methods = fb.AdaptivePCCI(), fb.PCCI(2, 1), fb.methods.PerturbationChebyshev(1)
     for method in methods:
@@ -117,7 +121,9 @@ def test_a_bound_holds_for_the_worst_option():
 
     inputs = {"x": NORMAL, "kind": fb.Choice("steel", "brass")}
     surrogate = fb.expand(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
-    probabilities = fb.analysis.failure_probability(surrogate, fb.Limit(below=2.3))
+    probabilities = fb.analysis.failure_probability(
+        surrogate, fb.Requirement("response", below=2.3)
+    )
     _, low, high = interval(probabilities)
     exact = norm.sf(np.log(2.3 / 1.1) / 0.3)
     assert low <= exact <= high
@@ -134,8 +140,10 @@ def test_a_bound_of_one_option_is_not_hidden_by_a_smaller_number_of_another():
 
     inputs = {"x": NORMAL, "kind": fb.Choice("angle", "line")}
     surrogate = fb.expand(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
-    limit = fb.Limit(below=1.35, above=-0.3)
-    probabilities = fb.analysis.failure_probability(surrogate, fb.Limit(below=1.35))
+    limit = fb.Requirement("response", below=1.35, above=-0.3)
+    probabilities = fb.analysis.failure_probability(
+        surrogate, fb.Requirement("response", below=1.35)
+    )
     lower, upper = (probabilities.sel(bound=bound).isel(limit=0) for bound in ("lower", "upper"))
     assert upper["confidence_high"] >= 1e-4
     assert upper["probability_choice"] == "angle"

@@ -90,7 +90,7 @@ def test_verdicts_agree_with_their_numbers(surrogate):
                 estimate, lower_bound, expected = percents
                 assert lower_bound <= expected <= estimate
     opening = "Estimate confirmed"
-    assert words == {opening, f"{opening} as far as so few runs can tell", "NOT confirmed"}
+    assert words == {opening, f"{opening} within the scatter of so few runs", "NOT confirmed"}
 
 
 def test_the_least_error_is_the_smallest_that_is_not_refuted():

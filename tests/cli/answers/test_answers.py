@@ -97,7 +97,7 @@ def test_a_path(folder):
 
 
 def test_runs_correct_the_probability_of_limits(folder):
-    options = ["limits", folder, "--below", "w=3.8", "--accuracy", 0.05, "--json"]
+    options = ["check", folder, "--below", "w=3.8", "--accuracy", 0.05, "--json"]
     x = np.linspace(-8, 8, 100_001)
     curve = x + 0.15 * (x**2 - 1)
     exact = [np.trapezoid(norm.pdf(x) * (curve > limit), x) for limit in (4.05, 3.55)]

@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 
 import flexband as fb
 from flexband.cli import app, folders
-from flexband.cli.answers import frame, limits
+from flexband.cli.answers import check, frame
 from flexband.cli.commands import commands, load
 from flexband.study.folder import StudyFolder
 from tests.rough import search_roughly
@@ -49,7 +49,7 @@ CASES = {  # command -> what is always given, and each option
     "sobol": ((), {}),
     "narrow": (("e=0..0.5",), {"sigmas": 3}),
     "tolerance": (("x",), {"share": 0.9, "sigmas": 3}),
-    "limits": (
+    "check": (
         (*LIMIT, *ROUGH),
         {"below": "X=3", "above": "X=3", "during": "0,0.5", "sigmas": 1, "accuracy": 0.3,
          "seed": 3, "runs": 16},
@@ -80,7 +80,7 @@ OTHER_KINDS = {  # of a distribution
 }  # fmt: skip
 OF_STUDY_LIMITS = {  # the same of a study that has limits
     "narrow": (("e=0..0.5",), {"probability": None}),
-    "limits": (ROUGH, {"only": "w"}),
+    "check": (ROUGH, {"only": "w"}),
     "yield": ((*ROUGH, "--scatter", "e=triangular"), {"only": "w"}),
     "allocate": (("--cost", "e=1", "--cost", "x=1"), {"only": "X"}),
 }
@@ -91,17 +91,17 @@ BOTH = [
 
 ANSWERS = [
     *((fb.analysis, name) for name in (
-        "allocate", "check_limits", "contributions", "derived", "failure_probability", "p_box",
-        "path", "quantiles", "sobol_indices", "tolerance_for", "value_range",
+        "allocate", "check_requirements", "contributions", "derived", "failure_probability",
+        "p_box", "path", "quantiles", "sobol_indices", "tolerance_for", "value_range",
     )),
-    (fb, "production_yield"), (limits, "check_limits_in"),
+    (fb, "production_yield"), (check, "check_requirements_in"),
 ]  # fmt: skip
 """Modules and names of the functions that commands ask."""
 
 SAMPLING = {"samples", "seed", "accuracy", "runs", "no-confirm"}
 """Options that may move a picture by less than a pixel."""
 
-LOADING = {"narrow", "limits", "allocate", "yield"}
+LOADING = {"narrow", "check", "allocate", "yield"}
 """Commands that load the study's file, which lies elsewhere here."""
 
 WITHOUT = {"narrow", "tolerance", "yield"}
@@ -126,8 +126,8 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def limited(tmp_path_factory):
-    limits = 'limits=[fb.Limit("w", below=12.0), fb.Limit("X", below=13.0, above=-13.0)]'
-    text = STUDY.replace("fb.PCCI(3, 1))", f"fb.PCCI(2, 1), {limits})")
+    requirements = '[fb.Requirement("w", below=12.0), fb.Requirement("X", below=13.0, above=-13.0)]'
+    text = STUDY.replace("fb.PCCI(3, 1))", f"fb.PCCI(2, 1), requirements={requirements})")
     return study_in(tmp_path_factory.mktemp("limited"), text)
 
 
@@ -242,12 +242,12 @@ def test_all_options_are_judged():
         (("narrow", "q=1"), "must be one of"),
         (("narrow", "e=0..0.5", "e=0"), "given once for e"),
         (("narrow", "e=0..0.5", "--probability"), "requires random inputs, no Compensator, and"),
-        (("limits", *LIMIT, "--only", "w"), "--only selects limits of the study; leave out"),
+        (("check", *LIMIT, "--only", "w"), "--only selects requirements of the study; omit"),
         (("tolerance", "q"), "name must be an input with a tolerance"),
         (("contributions", "--sigmas", -1), "sigmas"),
         (("distribution", "-p", 1), "above 0 and below 1; got"),
-        (("limits", *LIMIT, "--sigmas", -1), "sigmas must be positive; got -1"),
-        (("limits", "--below", "w=1", "--above", "w=2"), "above=2 and below=1"),
+        (("check", *LIMIT, "--sigmas", -1), "sigmas must be positive; got -1"),
+        (("check", "--below", "w=1", "--above", "w=2"), "above=2 and below=1"),
         (("allocate", *CHEAP, "--sigmas", -1), "sigmas must be positive; got -1"),
         (("allocate", *CHEAP, "--probability", 5), "from 1e-08 to 0.3; got 5"),
         (("distribution", "--kind", "range", "-p", 2), "probability"),
@@ -262,12 +262,12 @@ def test_all_options_are_judged():
         (("derived", "peak", "q"), "must be one of"),
         (("path", "X", "q"), "must be one of"),
         (("path", "X", "Y", "--sigmas", 2, "-p", 0.9), "exclude each other"),
-        (("limits",), "requires --below or --above"),
-        (("limits", "--below", "q=1"), "must be one of"),
-        (("limits", "--below", "w=1", "--during", "7,8"), "during"),
-        (("limits", "--below", "w=1", "--runs", 8), "--runs must be 0, or 16 or more; got 8"),
-        (("limits", "--below", "w=1", "--accuracy", 2), "accuracy"),
-        (("limits", "--below", "w=1", "--during", "x,8"), "parse string as a number"),
+        (("check",), "requires --below or --above"),
+        (("check", "--below", "q=1"), "must be one of"),
+        (("check", "--below", "w=1", "--during", "7,8"), "during"),
+        (("check", "--below", "w=1", "--runs", 8), "--runs must be 0, or 16 or more; got 8"),
+        (("check", "--below", "w=1", "--accuracy", 2), "accuracy"),
+        (("check", "--below", "w=1", "--during", "x,8"), "parse string as a number"),
         (("allocate", *LIMIT, "--cost", "e"), "--cost must be NAME=NUMBER"),
         (("allocate", *LIMIT, "--cost", "e=1", "--cost", "e=2"), "given once for e"),
         (("allocate", *LIMIT, "--cost", "e=-0.1:2,0.2:1"), "must be positive"),
@@ -297,9 +297,9 @@ def test_only_takes_outputs_with_limits(limited):
     result = run("allocate", limited, "--only", "Y", "--cost", "e=1")
     assert result.exit_code == 2
     message = " ".join(result.output.split())
-    assert "--only must be an output with a limit in the study: w, X; got 'Y'" in message
+    assert "--only must be an output with a requirement in the study: w, X; got 'Y'" in message
     content = (limited / "limits.nc").read_bytes()
-    answer = json.loads(run("limits", limited, "--only", "X", "--json").stdout)
+    answer = json.loads(run("check", limited, "--only", "X", "--json").stdout)
     assert answer["limits"]["limit"] == ["X between -13 and 13"]
     assert (limited / "limits.nc").read_bytes() == content  # the report has all of them
 
@@ -322,7 +322,7 @@ def test_narrowing_tells_the_margins_of_the_study_and_how_likely_limits_are_left
         assert before == pytest.approx(likely[k], rel=0.1, abs=1e-9)
         assert after <= before
     printed = run("narrow", limited, "e=0..0.5").stdout
-    assert "Limits, margins of μ ± 3σ" in printed
+    assert "Requirements, margins of μ ± 3σ" in printed
     assert "probability" not in printed
 
 
@@ -334,8 +334,8 @@ def test_narrowing_does_without_the_limits_of_a_study_that_is_gone(limited, tmp_
     (out / "study.json").write_text(text, encoding="utf-8")
     result = run("narrow", out, "e=0..0.5")
     assert result.exit_code == 0
-    assert "remark: limits of the study are left out: " in result.output
-    assert "Limits" not in result.stdout
+    assert "remark: requirements of the study are not shown: " in result.output
+    assert "Requirements" not in result.stdout
 
 
 def test_what_no_tolerance_reaches_is_told_once(folder):
@@ -395,6 +395,6 @@ def test_runs_that_would_correct_nothing_are_refused(tmp_path):
     text = STUDY.replace("fb.Normal(0.0, 1.0)", "0.0").replace("fb.Normal(0.0, 0.5)", "0.0")
     (tmp_path / "study.py").write_text(text, encoding="utf-8")
     assert run("run", tmp_path / "study.py", "-o", tmp_path / "o", "--verify", 0).exit_code == 0
-    result = run("limits", tmp_path / "o", "--below", "X=12", "--runs", 8)
+    result = run("check", tmp_path / "o", "--below", "X=12", "--runs", 8)
     assert result.exit_code == 2
     assert "need random inputs" in " ".join(result.output.split())

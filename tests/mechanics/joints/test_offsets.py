@@ -52,25 +52,25 @@ def test_only_positions_of_a_prescribed_motion_carry_requirements():
     assert bands.attrs["constant_offsets"] == ["rate"]
     assert "For constant offsets of pins and guides: rate" in remarks(bands)
     angle = float(bands["mean"].sel(output="out").max())
-    check = fb.analysis.check_limits(surrogate, fb.Limit("out", below=angle + 0.1))
+    check = fb.analysis.check_requirements(surrogate, fb.Requirement("out", below=angle + 0.1))
     assert check["verdict"].values.tolist() == ["kept"]
     for judge in (
-        lambda limit: fb.analysis.check_limits(surrogate, limit),
+        lambda limit: fb.analysis.check_requirements(surrogate, limit),
         lambda limit: fb.analysis.allocate(surrogate, limit, {"pin0": 1.0}),
         lambda limit: fb.production_yield(surrogate, limit, {}),
     ):
         with pytest.raises(InputError, match="rate are for constant offsets of pins and guides"):
-            judge(fb.Limit("rate", below=10.0))
+            judge(fb.Requirement("rate", below=10.0))
 
 
 def test_offsets_that_are_stated_to_be_constant_carry_requirements_with_these_words():
     response = fb.dynamic_response(four_bar, duration=0.1, step=0.05)
     inputs = {"pin0": fb.Play(1e-3, one_sided=True), "pin1": fb.Play(1e-3, one_sided=True)}
     surrogate = fb.expand(response, inputs, fb.methods.RegressionPCCI(1))
-    limits = [fb.Limit("rate", below=10.0), fb.Limit("out", below=10.0)]
-    words = fb.analysis.check_limits(surrogate, limits).attrs["verdict"]
-    assert words.startswith("rate below 10, for constant offsets of pins and guides: kept")
-    assert ". out below 10: kept" in words
+    limits = [fb.Requirement("rate", below=10.0), fb.Requirement("out", below=10.0)]
+    words = fb.analysis.check_requirements(surrogate, limits).attrs["verdict"]
+    assert words.startswith("rate below 10, for constant offsets of pins and guides: met")
+    assert ". out below 10: met" in words
     plan = fb.analysis.allocate(surrogate, limits[0], {"pin0": 1.0})
     assert plan.attrs["verdict"].endswith("For constant offsets of pins and guides")
     share = fb.production_yield(surrogate, limits, {}).attrs["verdict"]
@@ -79,7 +79,7 @@ def test_offsets_that_are_stated_to_be_constant_carry_requirements_with_these_wo
         response, inputs | {"pin1": fb.Play(1e-3)}, fb.methods.RegressionPCCI(1)
     )
     with pytest.raises(InputError, match="rate are for constant offsets"):
-        fb.analysis.check_limits(mixed_surrogate, limits)
+        fb.analysis.check_requirements(mixed_surrogate, limits)
 
 
 def test_a_free_motion_has_no_instantaneous_outputs():

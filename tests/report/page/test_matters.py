@@ -29,7 +29,7 @@ SHARES = fb.analysis.contributions(SURROGATE)
 
 
 def verdicts_of(*limits):
-    margins = fb.analysis.check_limits(SURROGATE, list(limits))
+    margins = fb.analysis.check_requirements(SURROGATE, list(limits))
     return requirement_verdicts(LimitCheck(margins, None, written=False), SHARES, None)
 
 
@@ -56,8 +56,8 @@ def test_without_requirements_it_is_told_of_every_output():
 def test_definitions_are_those_of_what_the_study_has():
     bands = SURROGATE.bands()
     rows = (["input", "kind", "known"], [["a", "interval", ""], ["b", "Normal", ""]])
-    limits = fb.analysis.check_limits(SURROGATE, fb.Limit("far", below=9.0))
-    likely = fb.analysis.failure_probability(SURROGATE, fb.Limit("near", below=2.0))
+    limits = fb.analysis.check_requirements(SURROGATE, fb.Requirement("far", below=9.0))
+    likely = fb.analysis.failure_probability(SURROGATE, fb.Requirement("near", below=2.0))
     terms = dict(definitions(bands, rows, limits, likely))
     assert {"margin", "probability", "95 % confidence", "μ and σ", "interval"} <= set(terms)
     assert "μ ± 3σ" in terms["margin"]

@@ -17,7 +17,8 @@ import flexband as fb
 
 study = fb.Study(
     lambda a: np.exp({rate} * a), {{"a": fb.Interval(-1.0, 1.0)}}, fb.PCCI(0, {order}),
-    title_block={{"author": "A. <Weber>", "part": 4711}}, limits=fb.Limit(below=2.0),
+    title_block={{"author": "A. <Weber>", "part": 4711}},
+    requirements=fb.Requirement("response", below=2.0),
 )
 """
 

@@ -98,8 +98,8 @@ def test_errors_of_zero_are_left_out(ax):
 
 
 def test_margins_and_bounds(surrogate, ax):
-    limit = fb.Limit("F_X", below=2.5)
-    fb.plot.margins(fb.analysis.check_limits(surrogate, limit), ax=ax)
+    limit = fb.Requirement("F_X", below=2.5)
+    fb.plot.margins(fb.analysis.check_requirements(surrogate, limit), ax=ax)
     np.testing.assert_allclose(ax.lines[0].get_ydata(), 0.5, atol=1e-9)
     assert ax.get_ylabel() == "margin [N]"
     axes = Figure().add_subplot()
@@ -158,7 +158,7 @@ def test_names_are_those_of_the_study(surrogate, ax):
 
 
 def violated(smallest=-2e-4):
-    """Return margins of 1 − cos that are least at t = 1, as `check_limits` returns them."""
+    """Return margins of 1 − cos that are least at t = 1, as `check_requirements` returns them."""
     t = np.linspace(0.0, 2.0, 401)
     margin = xr.DataArray(
         [1 - np.cos(np.pi * (t - 1)) + smallest, 3 + t],
@@ -219,8 +219,8 @@ def test_margins_of_several_units_have_axes_of_their_own():
     inputs = {"a": fb.Interval(0.9, 1.1), "x": fb.Normal(0.0, 0.1)}
     surrogate = fb.expand(response, inputs, fb.PCCI(1, 1))
     for bounds, count in (((9.0, 9e3), 2), ((1.2, 9e3), 3)):
-        limits = [fb.Limit(name, below=b) for name, b in zip(("u", "F"), bounds, strict=True)]
-        margins = fb.analysis.check_limits(surrogate, limits)
+        limits = [fb.Requirement(name, below=b) for name, b in zip(("u", "F"), bounds, strict=True)]
+        margins = fb.analysis.check_requirements(surrogate, limits)
         figure = limits_figure(margins, fb.analysis.failure_probability(surrogate, limits))
         labels = [axes.get_ylabel() for axes in figure.axes]
         assert labels == ["margin [m]", "margin [N]", "probability of being outside"][:count]

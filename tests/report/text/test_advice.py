@@ -32,13 +32,13 @@ CASES = {
     "ringing": (
         RINGING,
         [Shortfall.RINGING],
-        "F rings at 41.8 Hz from the start, by up to 47 % of the band's width; start softly",
+        "F vibrates at 41.8 Hz from the start, by up to 47 % of the band's width; start smoothly",
     ),
-    "step": ({**COARSE, "step_error": 0.06}, [Shortfall.STEP], "give a shorter step, or leave"),
+    "step": ({**COARSE, "step_error": 0.06}, [Shortfall.STEP], "give a shorter step, or omit"),
     "step chosen": (
         {**COARSE, "step_error": 0.06, "halved": ["step"]},
         [Shortfall.STEP],
-        "NOT met by the discretization: what is given is too coarse",
+        "NOT met by the discretization: the given step or elements are",
     ),
     "elements": (
         {**COARSE, "refined": ["elements"], "elements_error": 0.06},
@@ -48,12 +48,12 @@ CASES = {
     "ringing and step": (
         {**COARSE, **RINGING, "step_error": 0.06},
         [Shortfall.RINGING, Shortfall.STEP],
-        "start softly",
+        "start smoothly",
     ),
     "failed runs": (
         {"runs_failed": 3},
         [Shortfall.FAILED_RUNS, Shortfall.BUDGET],
-        "3 runs failed: mend the model there, or narrow the ranges",
+        "3 runs failed: correct the model there, or narrow the ranges",
     ),
     "sigmas": (
         {"sigmas": 3.0, "stop_reason": "tolerance-met"},
@@ -75,7 +75,7 @@ def test_runs_that_refute_an_accuracy_meet_a_rare_effect():
     bands = xr.Dataset(attrs=MISSED | {"expected_error": 0.01, "expansion_error": 0.01})
     assert shortfalls(bands, REFUTED) == [Shortfall.RARE_EFFECTS]
     (text,) = advice_on(bands, REFUTED)
-    assert text.startswith("Verification runs meet an effect that the other runs missed: study")
+    assert text.startswith("Verification runs found an effect that the other runs missed: study")
 
 
 def test_every_reason_has_a_case_and_where_it_is_met_only_the_ringing_is_stated():
@@ -83,5 +83,5 @@ def test_every_reason_has_a_case_and_where_it_is_met_only_the_ringing_is_stated(
     assert covered | {Shortfall.RARE_EFFECTS} == set(Shortfall)
     attrs = MISSED | RINGING | {"expected_error": 0.01, "expansion_error": 0.01}
     (text,) = advice_on(xr.Dataset(attrs=attrs))
-    assert text == "F rings at 41.8 Hz from the start, by up to 47 % of the band's width"
+    assert text == "F vibrates at 41.8 Hz from the start, by up to 47 % of the band's width"
     assert not advice_on(xr.Dataset())

@@ -80,9 +80,9 @@ def test_margins_of_limits_have_their_units():
          "least_margin_error": ("limit", [0.01])},
         {"limit": ["u below 1"], "unit": ("limit", ["rad"])},
     )  # fmt: skip
-    assert limits_table(margins, None)[1] == [["u below 1", "kept", "0.5 rad", "0.01 rad"]]
+    assert limits_table(margins, None)[1] == [["u below 1", "met", "0.5 rad", "0.01 rad"]]
     without = limits_table(margins.drop_vars("unit"), None)[1]
-    assert without == [["u below 1", "kept", "0.5", "0.01"]]
+    assert without == [["u below 1", "met", "0.5", "0.01"]]
 
 
 @pytest.mark.parametrize("sigmas", [1.0, 3.0])
@@ -209,12 +209,12 @@ def test_outputs_that_are_not_trusted_are_named_with_the_reason():
     labels = result["mean"].isel(bound=slice(0)).drop_vars("bound")
     for shares, lines in (
         ([0.49, 0.0], []),
-        ([0.1, 0.624], ["Not reliable: v (62 % of its variation in held-out runs is missed)"]),
+        ([0.1, 0.624], ["Not reliable: v (62 % of its variation in check runs is missed)"]),
         (
             [0.5, np.nan],
             [
-                "Not reliable: u (50 % of its variation in held-out runs is missed); "
-                "v (nan % of its variation in held-out runs is missed)"
+                "Not reliable: u (50 % of its variation in check runs is missed); "
+                "v (nan % of its variation in check runs is missed)"
             ],
         ),
     ):

@@ -173,7 +173,7 @@ def probability(converged):
 
 
 def largest_probability(surrogate, response=None):
-    limit = fb.Limit("u0", above=-5.0, below=3.5)
+    limit = fb.Requirement("u0", above=-5.0, below=3.5)
     probabilities = fb.analysis.failure_probability(surrogate, limit, response=response, seed=1)
     return float(probabilities["probability"].max())
 
@@ -188,7 +188,7 @@ def test_probabilities_of_the_runs_are_others(shifted, probability):
 
 
 def test_allocated_tolerances_are_those_of_the_converged_response(shifted, converged):
-    limit = fb.Limit("u0", above=-2.2, below=2.4)
+    limit = fb.Requirement("u0", above=-2.2, below=2.4)
     expected = fb.analysis.allocate(converged, limit, {"e": 1.0}, sigmas=1.0)
     bands = fb.analysis.allocate(
         shifted, limit, {"e": 1.0}, sigmas=1.0, response=StepError(off_by_a_third)

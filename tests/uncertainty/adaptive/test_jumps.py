@@ -21,7 +21,8 @@ def response(e, x):
     return np.where(x > 0.3, 1.0, 0.0) + 0.1 * e
 
 inputs = {"e": fb.Interval(-1.0, 1.0), "x": fb.Normal(0.0, 1.0)}
-study = fb.Study(response, inputs, fb.AdaptivePCCI(), limits=[fb.Limit(below=0.5)])
+study = fb.Study(response, inputs, fb.AdaptivePCCI(),
+                 requirements=[fb.Requirement("response", below=0.5)])
 """
 
 
@@ -74,7 +75,7 @@ def test_a_count_that_is_alike_in_all_runs_is_named_and_decides_no_close_limit()
         fb.Requirement(name, "count", below=below, during=during)
         for name, (below, during) in ends.items()
     ]
-    margins = fb.analysis.check_limits(surrogate, limits)
+    margins = fb.analysis.check_requirements(surrogate, limits)
     assert margins["verdict"].values.tolist() == ["kept", "undecided", "not kept"]
     (message,) = [
         line for line in band_tables.remarks(surrogate.bands()) if "count the same" in line
@@ -84,7 +85,7 @@ def test_a_count_that_is_alike_in_all_runs_is_named_and_decides_no_close_limit()
 
 def test_answers_are_marked_where_the_error_is_above_its_tolerance():
     surrogate = fb.expand(response, INPUTS, fb.AdaptivePCCI())
-    limit = fb.Limit(below=0.5)
+    limit = fb.Requirement("response", below=0.5)
     probabilities = fb.analysis.failure_probability(surrogate, limit)
     above = r"Not reliable: the error expected of the surrogate is .* above the tolerance of 1 %"
     assert probabilities["confidence_high"].isnull().all()
@@ -100,7 +101,9 @@ def test_answers_are_marked_where_the_error_is_above_its_tolerance():
     smooth = fb.expand(lambda e, x: e + x, INPUTS, fb.AdaptivePCCI())
     assert (
         "Not reliable"
-        not in fb.analysis.failure_probability(smooth, fb.Limit(below=3.0)).attrs["verdict"]
+        not in fb.analysis.failure_probability(smooth, fb.Requirement("response", below=3.0)).attrs[
+            "verdict"
+        ]
     )
     untrusted = surrogate.with_attrs(not_trusted="response (60 % of it is missed)")
     verdict = fb.analysis.failure_probability(untrusted, limit).attrs["verdict"]

@@ -514,9 +514,9 @@ def test_values_on_a_grid_are_rounded_not_discrete():
 def test_a_probability_that_rests_on_smoothing_says_so():
     values = np.random.default_rng(2).normal(0.0, 1.0, 50)
     surrogate = fb.expand(lambda x: x, {"x": fb.Samples(values)}, fb.AdaptivePCCI())
-    rare = fb.analysis.failure_probability(surrogate, fb.Limit(below=3.0))
+    rare = fb.analysis.failure_probability(surrogate, fb.Requirement("response", below=3.0))
     assert "Probabilities below 1/50 rest on the smoothing of x" in rare.attrs["verdict"]
-    likely = fb.analysis.failure_probability(surrogate, fb.Limit(below=1.0))
+    likely = fb.analysis.failure_probability(surrogate, fb.Requirement("response", below=1.0))
     assert "smoothing" not in likely.attrs["verdict"]
 
 

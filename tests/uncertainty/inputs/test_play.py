@@ -145,7 +145,7 @@ def test_what_cannot_take_a_play_says_so():
         lambda: fb.analysis.sobol_indices(surrogate),
         lambda: fb.analysis.p_box(surrogate),
         lambda: fb.analysis.derived(surrogate, lambda values: values),
-        lambda: fb.analysis.failure_probability(surrogate, fb.Limit(below=1.5)),
+        lambda: fb.analysis.failure_probability(surrogate, fb.Requirement("response", below=1.5)),
     )
     for analysis in analyses:
         with pytest.raises(InputError, match="not take a Play"):

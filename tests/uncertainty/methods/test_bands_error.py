@@ -61,7 +61,9 @@ def test_answers_and_verification_have_the_error_at_any_point(surrogate):
         surrogate.bands(3.0)["pointwise_error"], np.sqrt(5) * diagnostics["pointwise_error"]
     )
     assert fb.verify(surrogate, rising, runs=64).verification.attrs["confirmed"] == "yes"
-    probabilities = fb.analysis.failure_probability(surrogate, fb.Limit(below=2.0))
+    probabilities = fb.analysis.failure_probability(
+        surrogate, fb.Requirement("response", below=2.0)
+    )
     assert probabilities.attrs["error"] == "pointwise_error"
 
 

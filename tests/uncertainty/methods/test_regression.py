@@ -173,7 +173,7 @@ def test_a_kink_in_many_variables_is_not_trusted(runs):
     bands = fb.propagate(response, inputs, fb.AdaptivePCCI(0.01, max_runs=runs))
     assert bands.attrs["runs"] == runs + 1
     assert not bool(bands["trusted"])
-    assert "of its variation in held-out runs is missed" in bands.attrs["not_trusted"]
+    assert "of its variation in check runs is missed" in bands.attrs["not_trusted"]
     assert bands.attrs["expected_error"] > 0.1
     assert float(bands["error_bar_expected_error"].max()) > 0.1
 

@@ -54,7 +54,7 @@ def test_what_is_between_the_times_is_that_of_the_closed_form(coarse):
     ("above", "verdict"), [(-0.95, "not kept"), (-1.015, "undecided"), (-1.1, "kept")]
 )
 def test_limits_hold_between_the_times_too(coarse, above, verdict):
-    margins = fb.analysis.check_limits(coarse, fb.Limit("m_X", above=above))
+    margins = fb.analysis.check_requirements(coarse, fb.Requirement("m_X", above=above))
     assert float(margins["least_margin"][0]) > 0.2  # at the times
     assert margins["verdict"].values.tolist() == [verdict]
     assert float(margins["margin_between"][0]) == pytest.approx(-1.02 - above, abs=0.02)
@@ -63,16 +63,18 @@ def test_limits_hold_between_the_times_too(coarse, above, verdict):
 
 
 def test_times_that_are_not_limited_are_left_out(coarse):
-    limit = fb.Limit("m_X", above=-0.95, during=(0.0, 0.1))
-    assert fb.analysis.check_limits(coarse, limit)["verdict"].values.tolist() == ["kept"]
+    limit = fb.Requirement("m_X", above=-0.95, during=(0.0, 0.1))
+    assert fb.analysis.check_requirements(coarse, limit)["verdict"].values.tolist() == ["kept"]
 
 
 def test_saved_and_narrowed_surrogates_know_it_too(coarse, tmp_path):
     file = tmp_path / "surrogate.npz"
     fb.save_surrogate(coarse, file)
-    limit = fb.Limit("m_X", above=-0.95)
+    limit = fb.Requirement("m_X", above=-0.95)
     for surrogate in (fb.load_surrogate(file), coarse.narrowed(stiffness=400.0)):
-        assert fb.analysis.check_limits(surrogate, limit)["verdict"].values.tolist() == ["not kept"]
+        assert fb.analysis.check_requirements(surrogate, limit)["verdict"].values.tolist() == [
+            "not kept"
+        ]
 
 
 def test_with_choices_it_is_that_of_all_options():
@@ -82,7 +84,7 @@ def test_with_choices_it_is_that_of_all_options():
     model = fb.dynamic_response(ballasted, duration=0.2, step=1e-3, output_step=0.1)
     inputs = {"amplitude": fb.Interval(0.98, 1.02), "ballast": fb.Choice("none", "some")}
     surrogate = fb.expand(model, inputs, METHOD)
-    margins = fb.analysis.check_limits(surrogate, fb.Limit("m_X", above=-0.95))
+    margins = fb.analysis.check_requirements(surrogate, fb.Requirement("m_X", above=-0.95))
     assert margins["verdict"].values.tolist() != ["kept"]
     assert surrogate.bands().attrs["runs_between"] == 16
 
@@ -135,14 +137,14 @@ SCATTERED = {"amplitude": fb.Normal(1.0, 0.02), "stiffness": OMEGA**2}
 def test_the_probability_is_that_of_the_motion_between_its_times():
     """The oscillator leaves −1.03 if its amplitude does; at the output times it never does."""
     surrogate = fb.expand(response(0.1), SCATTERED, METHOD)
-    probabilities = fb.analysis.failure_probability(surrogate, fb.Limit("m_X", above=-1.03))
+    probabilities = fb.analysis.failure_probability(surrogate, fb.Requirement("m_X", above=-1.03))
     assert float(probabilities["probability"].max()) < 1e-9
     exact = norm.sf(1.5)
     low, high = (probabilities[f"between_times_{end}"].values[0, 0] for end in ("low", "high"))
     assert low < exact < high
     assert "at the output times alone, below" in probabilities.attrs["verdict"]
     fine = fb.expand(response(0.001), SCATTERED, METHOD)
-    probabilities = fb.analysis.failure_probability(fine, fb.Limit("m_X", above=-1.03))
+    probabilities = fb.analysis.failure_probability(fine, fb.Requirement("m_X", above=-1.03))
     assert float(probabilities["between_times"][0, 0]) == pytest.approx(exact, rel=0.1)
     assert "95 % confidence: 0.0" in probabilities.attrs["verdict"]
     assert "alone" not in probabilities.attrs["verdict"]

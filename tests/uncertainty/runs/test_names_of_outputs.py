@@ -67,10 +67,10 @@ def test_coordinates_called_as_answers_are_refused_by_name(name):
     surrogate = fb.expand(
         lambda a, x: response(a, x).assign_coords({name: 1.0}), INPUTS, fb.PCCI(1, 1)
     )
-    limit = fb.Limit("u", below=2.0)
+    limit = fb.Requirement("u", below=2.0)
     texts = []
     for answer in (
-        lambda: fb.analysis.check_limits(surrogate, limit),
+        lambda: fb.analysis.check_requirements(surrogate, limit),
         lambda: fb.analysis.failure_probability(surrogate, limit, accuracy=0.1),
         lambda: fb.analysis.sobol_indices(surrogate),
     ):
@@ -99,15 +99,15 @@ def response(a, x):
 
 inputs = {"a": fb.Interval(0.9, 1.1), "x": fb.Normal(0, 1)}
 method = fb.AdaptivePCCI(phase_resolved=False)
-study = fb.Study(response, inputs, method, limits=fb.Limit("1", below=2.0))
+study = fb.Study(response, inputs, method, requirements=fb.Requirement("1", below=2.0))
 """,
         encoding="utf-8",
     )
     for words in (
         ["run", study, "--output", out, "--verify", 0],
         ["distribution", out, "2", "--kind", "p-box", "--time", 1],
-        ["limits", out, "--below", "2=2.5"],
-        ["limits", out, "--only", "1", "--trust"],
+        ["check", out, "--below", "2=2.5"],
+        ["check", out, "--only", "1", "--trust"],
         ["derived", out, "peak", "1"],
         ["path", out, "1", "2"],
         ["report", out, "--p-boxes", 1],

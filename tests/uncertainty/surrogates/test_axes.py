@@ -99,11 +99,11 @@ ANSWERS = {
     "quantiles": fb.analysis.quantiles,
     "range": fb.analysis.value_range,
     "sobol": fb.analysis.sobol_indices,
-    "limits": lambda s: fb.analysis.check_limits(
-        s, [fb.Limit("F", below=2e6), fb.Limit("x", above=-2.0)]
+    "limits": lambda s: fb.analysis.check_requirements(
+        s, [fb.Requirement("F", below=2e6), fb.Requirement("x", above=-2.0)]
     ),
     "tolerance": lambda s: fb.analysis.tolerance_for(s, "a"),
-    "probability": lambda s: fb.analysis.failure_probability(s, fb.Limit("x", below=0.9)),
+    "probability": lambda s: fb.analysis.failure_probability(s, fb.Requirement("x", below=0.9)),
     "verify": lambda s: (
         fb.verify(s, at_one_time if "time" in s.labels.dims else without_time).verification
     ),

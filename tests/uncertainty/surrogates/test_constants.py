@@ -88,13 +88,13 @@ def test_contributions_and_narrowing_leave_constants_out(surrogate, tmp_path):
     assert contributions["varies"].values.tolist() == [True, False, False, False]
     assert not contributions["mean_share"].sel(output=MIN_SPEED).values.any()
     assert what_matters(contributions, []).startswith("What matters most: k (")
-    limits = fb.analysis.check_limits(
-        surrogate, [fb.Limit("c", below=3.0), fb.Limit("y", below=2.0)]
+    limits = fb.analysis.check_requirements(
+        surrogate, [fb.Requirement("c", below=3.0), fb.Requirement("y", below=2.0)]
     )
     assert what_matters(contributions, verdicts_of(contributions, limits)).startswith(
         "What matters most: k ("
     )
-    of_constant = fb.analysis.check_limits(surrogate, fb.Limit("c", below=3.0))
+    of_constant = fb.analysis.check_requirements(surrogate, fb.Requirement("c", below=3.0))
     assert all(verdict.input_share == 0 for verdict in verdicts_of(contributions, of_constant))
     assert not fb.analysis.sobol_indices(surrogate)["defined"].sel(output=MIN_SPEED).values.any()
     fb.save_surrogate(surrogate, tmp_path / "surrogate.npz")

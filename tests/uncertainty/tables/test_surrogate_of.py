@@ -41,7 +41,9 @@ def test_an_error_is_found_by_rows_that_were_left_out(count):
     assert error_of(surrogate) < 2e-4
     assert error_of(surrogate) / 3 < claim < 2e-3
     assert not doubts_of(surrogate)
-    (margin,) = fb.analysis.check_limits(surrogate, fb.Requirement("u", "u", below=4.0))["verdict"]
+    (margin,) = fb.analysis.check_requirements(surrogate, fb.Requirement("u", "u", below=4.0))[
+        "verdict"
+    ]
     assert margin == "kept"
 
 

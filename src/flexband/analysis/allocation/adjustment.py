@@ -172,7 +172,7 @@ class Adjusted:
             trials = np.clip(best[:, None, columns] + step * around, -1.0, 1.0)
 
     def _least_margins(self, eta: np.ndarray) -> np.ndarray:
-        """Return the least margin of all series at each η, in parts of the scale, (points,)."""
+        """Return the least margin of all series at each η, relative to the scale, (points,)."""
         block = max(1, self.options.margins_at_once // self.bounds.size)
         blocks = (self._bars(eta[k : k + block]) for k in range(0, len(eta), block))
         margins = (SIGNS[:, None] * (bars - self.bounds) / self.scale for bars in blocks)

@@ -112,7 +112,7 @@ def result_of(
     slack, grid_error = (np.array(data[k][1]) for k in ("slack", "grid_error"))  # pyright: ignore
     for k in np.flatnonzero((slack - grid_error < 0) & (slack >= 0)):
         attrs["outcome"] += (
-            f". {list(limits)[k]} is kept at the output times only: between them it is violated by "
+            f". {list(limits)[k]} is met at the output times only: between them it is violated by "
             f"up to {grid_error[k] - slack[k]:.3g}. Choose a shorter output step"
         )
     attrs["verdict"] = f"{_in_words(tolerances, allocation.x, cost)}. {attrs['outcome']}"
@@ -211,9 +211,9 @@ def _chance_in_words(statement: xr.Dataset, chance: Chance, correction: Correcti
     )
     by_runs = "; runs of the model (response=…) " if correction is None else ""
     if np.isnan(value):
-        text = f"The probability of leaving limits is {NOT_GIVEN} by the surrogate, which missed "
+        text = f"The probability of violating limits is {NOT_GIVEN} by the surrogate, which missed "
         return f"{text}its tolerance{by_runs and by_runs + 'correct it'}"
-    text = "Limits are left with probability "
+    text = "Limits are violated with probability "
     if not value:
         text += f"below {high:.2g}"
         rare = (
@@ -311,7 +311,7 @@ def _outcome(worst: WorstCaseBounds, confirmation: Confirmed, binding: Sequence[
     if status is TolerancesConfirmed.INFERRED:
         return (
             f"{text}. No limit is violated by {_new(confirmation.runs)}; that "
-            f"μ ± {worst.sigmas:g}σ keeps the limits is inferred by the surrogate"
+            f"μ ± {worst.sigmas:g}σ meets the requirements is inferred from the surrogate"
         )
     shift_text = "; the tolerances were corrected for the small differences they showed"
     shift_text = shift_text if confirmation.changed else ""
@@ -334,7 +334,7 @@ UNITLESS = "tolerance", "size", "largest", "cost", "saving", "binding_inputs"
 
 LONG_NAMES = {
     "elasticity": "relative increase of the probability per relative increase of the tolerance",
-    "probability": "probability of leaving any limit at any time, where it is the largest",
+    "probability": "probability of violating any limit at any time, where it is the largest",
     "confidence_low": "lower end of its confidence interval",
     "confidence_high": "upper end of its confidence interval",
     "surrogate_probability": "probability of the surrogate alone",
@@ -348,7 +348,7 @@ LONG_NAMES = {
     "largest": "tolerance of the surrogate",
     "cost": "cost of the tolerance",
     "grade": "grade of the tolerance",
-    "contribution": "part of the margin that the tolerance takes",
+    "contribution": "part of the margin that the tolerance uses up",
     "saving_at": "by how much the cost falls per unit by which the limit is relaxed there",
     "saving": "by how much the cost falls per unit by which the limit is relaxed",
     "shift": "by how much the limit was tightened by what runs showed",
@@ -359,5 +359,5 @@ LONG_NAMES = {
     "margin": "distance from the limit, for all values of the interval inputs",
     "slack": "least margin",
     "grid_error": "by how much the margin may be less between the times",
-    "expected_error": "error expected of the margin",
+    "expected_error": "expected error of the margin",
 }

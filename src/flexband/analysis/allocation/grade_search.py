@@ -29,7 +29,7 @@ def cheapest_grades(
 ) -> Allocated:
     """Return the cheapest grades that keep all margins, watched at `points`; no start x is used.
 
-    At most `max_rounds` choices are tried. A margin below `negative`, in parts of the scale, is
+    At most `max_rounds` choices are tried. A margin below `negative`, relative to the scale, is
     violated.
     """
     grades = worst.tolerances.grades
@@ -48,7 +48,7 @@ def cheapest_grades(
             return with_binding_places(worst, x, points, with_multipliers=False)
         single_points = (violated.select(np.array([k])) for k in range(len(violated)))
         cuts += [_cut(worst, point, x, logs, negative) for point in single_points]
-    raise InputError(f"limits: no grades that keep them were found in {max_rounds} rounds")
+    raise InputError(f"requirements: no grades that meet them were found in {max_rounds} rounds")
 
 
 def _choose_cheapest(

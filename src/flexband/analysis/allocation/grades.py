@@ -28,7 +28,7 @@ ISO_286 = {
 
 @frozen()
 class Grades:
-    """Tolerances that can be had, and what each costs.
+    """Available tolerances, and their costs.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class Grades:
     Raises
     ------
     InputError
-        If there is none, a tolerance is not positive, or a cost is no finite number.
+        If there are no grades, a tolerance is not positive, or a cost is not a finite number.
     """
 
     grades: Mapping[str, tuple[float, float]]

@@ -20,11 +20,11 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 def check_feasible(
     surrogate: Surrogate, worst: WorstCaseBounds, limits: Mapping[str, Corridor]
 ) -> None:
-    """Raise `InputError` if limits are not kept with the least tolerances.
+    """Raise `InputError` if requirements are not met with the least tolerances.
 
     If sizes are free, this is decided at the best ones of a search.
     """
-    text = "limits cannot be kept"
+    text = "requirements cannot be met"
     if worst.tolerances.sizes:
         best = starts(worst)[0]
         sizes = ", ".join(f"{k} {v:.6g}" for k, v in worst.tolerances.nominal(best).items())
@@ -68,7 +68,7 @@ def _reason(
     nominal = violation_at_nominal(set(together))
     min_factor = 1.01  # factor by which a violation due to inputs is larger than the nominal one
     if violation <= min_factor * nominal:
-        return "and so it is with all inputs at their nominal values"
+        return "as it is with all inputs at their nominal values"
     also = f"; {nominal:.4g} of it with all inputs at their nominal values" if nominal > 0 else ""
     costly = {name for name in together if name in worst.tolerances.costs}
     residual = violation_at_nominal(costly)

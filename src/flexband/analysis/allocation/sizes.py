@@ -35,7 +35,7 @@ class SizeOptions:
     step: float = 1e-3
     """Step of differences in η."""
     loosest: float = 10.0
-    """Tolerances, in parts of the largest, beyond which sizes are alike."""
+    """Tolerances, relative to the largest, beyond which sizes are alike."""
     margins_at_once: int = 2_000_000
     """Margins that are computed together."""
 
@@ -81,7 +81,7 @@ def starts(worst: WorstCaseBounds, *, options: SizeOptions = SizeOptions()) -> n
 def _with_most_room(
     worst: WorstCaseBounds, place: np.ndarray, reach: np.ndarray, step: float
 ) -> np.ndarray:
-    """Return sizes, in parts of their reach, near which the least margin is largest."""
+    """Return sizes, relative to their reach, near which the least margin is largest."""
     low, _ = worst.tolerances.bounds
     limit_mask = np.isfinite(worst.bounds)
 
@@ -118,9 +118,9 @@ def _replace_sizes(x: np.ndarray, sizes: np.ndarray) -> np.ndarray:
 
 
 def looseness(worst: WorstCaseBounds, sizes: np.ndarray, options: SizeOptions) -> np.ndarray:
-    """Return the tolerances in parts of the largest that sizes allow, to first order, (points,).
+    """Return the tolerances relative to the largest that sizes allow, to first order, (points,).
 
-    Where margins are negative without any tolerance, it is the least of these in parts of their
+    Where margins are negative without any tolerance, it is the least of these relative to their
     scale. The sizes are η, shape (points, sizes).
     """
     (low, high), tolerances = worst.tolerances.bounds, worst.tolerances

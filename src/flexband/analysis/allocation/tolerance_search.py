@@ -192,7 +192,7 @@ def cheapest(
             break
     if np.isinf(lowest_cost):
         raise InputError(
-            f"limits: no tolerances that keep them were found in {options.max_rounds} rounds"
+            f"requirements: no tolerances that meet them were found in {options.max_rounds} rounds"
         )
     return with_binding_places(worst, best, points, options=options)
 

@@ -24,7 +24,7 @@ STEP = 1e-4
 class Tolerances:
     """Half widths of intervals and standard deviations of random inputs, and nominal sizes.
 
-    The search's variables are the logarithms of tolerances in parts of the largest ones, and then η
+    The search's variables are the logarithms of tolerances relative to the largest ones, and then η
     of the sizes.
     """
 

@@ -1,4 +1,4 @@
-"""The least margin of a requirement, and whether it is kept, as data."""
+"""The least margin of a requirement, and whether it is met, as data."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from flexband.uncertainty.surrogates.bands import AttributeRecord
 
 @dataclass(frozen=True)
 class MarginRecord(AttributeRecord):
-    """What a result of `check_limits` says beside its numbers.
+    """What a result of `check_requirements` says beside its numbers.
 
     Attributes
     ----------
@@ -40,11 +40,16 @@ class MarginRecord(AttributeRecord):
 
 
 class LimitVerdict(StrEnum):
-    """Whether a limit is kept for all values of the interval inputs."""
+    """Whether a requirement is met for all values of the interval inputs; the words of files."""
 
     KEPT = "kept"
     NOT_KEPT = "not kept"
     UNDECIDED = "undecided"
+
+    @property
+    def word(self) -> str:
+        """What is printed: "met", "violated" or "undecided"."""
+        return {LimitVerdict.KEPT: "met", LimitVerdict.NOT_KEPT: "violated"}.get(self, self.value)
 
 
 WORST_FIRST = LimitVerdict.NOT_KEPT, LimitVerdict.UNDECIDED, LimitVerdict.KEPT
@@ -52,7 +57,7 @@ WORST_FIRST = LimitVerdict.NOT_KEPT, LimitVerdict.UNDECIDED, LimitVerdict.KEPT
 
 @dataclass(frozen=True)
 class LeastMargin:
-    """A verdict on a limit with its numbers, of which all texts are made."""
+    """A verdict on a requirement with its numbers, of which all texts are made."""
 
     limit: str  # in words
     verdict: LimitVerdict
@@ -69,7 +74,7 @@ class LeastMargin:
 
     @staticmethod
     def from_result(result: xr.Dataset) -> LeastMargin:
-        """Return that of one limit, of what `check_limits` returns."""
+        """Return that of one requirement, of what `check_requirements` returns."""
         dim = ""
         places = ("", "")
         if "least_margin_at" in result:
@@ -133,10 +138,10 @@ def inputs_in_words(result: xr.Dataset, variable: str) -> list[str]:
 
 
 def margins_in_words(result: xr.Dataset) -> str:
-    """Return whether limits are kept, of what `check_limits` returns, as sentences."""
+    """Return whether requirements are met, of what `check_requirements` returns, as sentences."""
     verdicts = [LeastMargin.from_result(result.isel(limit=k)) for k in range(result.sizes["limit"])]
     words = [
-        f"{verdict.limit}: {verdict.verdict}, {verdict.in_words(with_error=True)}"
+        f"{verdict.limit}: {verdict.verdict.word}, {verdict.in_words(with_error=True)}"
         + (f", with {', '.join(verdict.inputs)}" if verdict.inputs else "")
         for verdict in verdicts
     ]

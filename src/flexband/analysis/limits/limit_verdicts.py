@@ -26,7 +26,7 @@ class LimitCheck(NamedTuple):
 
     Attributes
     ----------
-    margins : result of `check_limits`.
+    margins : result of `check_requirements`.
     probability : result of `failure_probability`; None where inputs are intervals only, or
         adjusted, and where the yield is that of sampled parts.
     written : whether they were written: limits of a question never replace those of the study.

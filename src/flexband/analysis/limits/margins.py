@@ -1,4 +1,4 @@
-"""Whether limits are kept for all tolerances, and by how much."""
+"""Whether requirements are met for all tolerances, and by which margin."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from flexband.analysis.limits.least_margin import (
 )
 from flexband.analysis.peaks import TimeAxis, least_between
 from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
+from flexband.basics.former_names import former_arguments
 from flexband.errors import InputError
 from flexband.remarks.collection import as_attribute
 from flexband.requirements.corridors import (
     Corridor,
     check_instantaneous,
-    chosen_output,
     has_constant_offsets,
     joint,
 )
@@ -43,87 +43,87 @@ from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, checked_sigmas, relative_errors
 
 
-def check_limits(
-    surrogate: AnySurrogate, limits: Requirements, *, sigmas: float | None = None
+@former_arguments(limits="requirements")
+def check_requirements(
+    surrogate: AnySurrogate, requirements: Requirements, *, sigmas: float | None = None
 ) -> xr.Dataset:
-    """Return whether each limit is kept for all values of the interval inputs, and its margin.
+    """Return whether each requirement is met for all values of the interval inputs, and its margin.
 
-    The margin of a limit is how far it is from the error bar μ ± kσ, or, if there are no random
+    The margin is the distance from the error bar μ ± kσ to the limit, or, if there are no random
     inputs, from the range of the response. No runs are made.
 
     Parameters
     ----------
     surrogate : what `expand` returns.
-    limits : a `Requirement` or a `Limit`, or several.
+    requirements : a `Requirement`, or several.
     sigmas : k of the error bar; unless given, that of each requirement's `WorstCase`, or 3.
 
     Returns
     -------
     Dataset with the dim "limit". `margin` is the margin at every time, NaN where nothing is
-    limited; `expected_error` that of the error bar which few times exceed, three times what is
-    expected in the mean; `above` and `below` are the limits.
+    limited; `expected_error` is the error of the error bar that few times exceed, three times the
+    expected mean; `above` and `below` are the limits.
     `least_margin`, `least_margin_error` and `least_margin_at` are the least margin, its expected
     error and the value of the last dim where it is; `margin_between` is the least margin between
-    the times, and `margin_between_after` the time before it; `margin_at_most` is what it is at
-    most; `side` tells whether it is the limit
-    "below" or "above" which is nearest; `worst_inputs`, dims (input, limit), are the values of the
-    interval inputs there, and `worst_choice` the options. `grid_error` is by how much the margin
-    may be less between the times, by cubics and parabolas through the nearest ones, and by what the
-    outputs do there in the runs in which that was looked at (`above_between` of `propagate`); the
-    ends of `during` count as times. `verdict` is "kept" if the margin is more than its errors
-    everywhere, "not kept" if it is below zero by more than the expected error somewhere, at a time
-    or, by all these rules or in all these runs, between two, else "undecided"; `run_required`
-    tells whether runs must agree with the verdict, since the expansion of the output is less
-    accurate than its method was to make it, or impacts turn the motion, and there are no random
-    inputs or another output misses that accuracy.
-    ``attrs["verdict"]`` says this in words, and ``attrs["error"]`` what the expected error is:
+    the times, and `margin_between_after` the time before it; `margin_at_most` is an upper bound of
+    it; `side` is the nearest limit, "below" or "above"; `worst_inputs`, dims (input, limit), are
+    the values of the interval inputs there, and `worst_choice` the options. `grid_error` is by how
+    much the margin may be less between the times, by cubics and parabolas through the nearest ones,
+    and by what the outputs do there in the runs in which that was looked at (`above_between` of
+    `propagate`); the ends of `during` count as times. `verdict` is "kept" (met) if the margin is
+    more than its errors everywhere, "not kept" (violated) if it is below zero by more than the
+    expected error somewhere, at a time or, by all these rules or in all these runs, between two,
+    else "undecided"; `run_required` tells whether runs must agree with the verdict, since the
+    expansion of the output is less accurate than its method was to make it, or impacts turn the
+    motion, and there are no random inputs or another output misses that accuracy.
+    ``attrs["verdict"]`` says this in words. ``attrs["error"]`` is the source of the expected error:
     "error_bar_expected_error", or "not judged by runs": then it is zero, and every verdict is
-    "undecided". `verify` judges a surrogate whose method does not.
-    `requirement`, `identifier`, `source`, `bounds`, `criterion`, `at_most`, `deviations` (k),
-    `stated_unit` and `stated_scale` (this unit in units of the output) are those of the
-    requirements.
+    "undecided". `verify` judges a surrogate whose method does not. `requirement`, `identifier`,
+    `source`, `bounds`, `criterion`, `at_most`, `deviations` (k), `stated_unit` and `stated_scale`
+    (this unit in units of the output) are those of the requirements.
 
     Raises
     ------
     InputError
-        If `surrogate` is none, a limit does not fit its outputs, or `sigmas` is not positive.
+        If `surrogate` is not a surrogate, a requirement does not fit its outputs, or `sigmas` is
+        not positive.
 
     Examples
     --------
     >>> inputs = {"length": fb.Interval(0.8, 1.2), "play": fb.Normal(0.0, 0.05)}
     >>> surrogate = fb.expand(lambda length, play: length + play, inputs, fb.AdaptivePCCI())
-    >>> result = fb.analysis.check_limits(surrogate, fb.Limit(below=1.5))
+    >>> result = fb.analysis.check_requirements(surrogate, fb.Requirement("response", below=1.5))
     >>> result["least_margin"].values.round(4)  # 1.5 − 1.2 − 3σ
     array([0.15])
     >>> result["verdict"].values.tolist()
     ['kept']
     """
     labels = labels_of(surrogate)
-    requirements = by_name(limits)
+    requirement_by_name = by_name(requirements)
     check_free(labels, "limit", *LONG_NAMES)
     deviations = {
         name: checked_sigmas(sigmas) if sigmas is not None else _sigmas_of(requirement)
-        for name, requirement in requirements.items()
+        for name, requirement in requirement_by_name.items()
     }
     if len(set(deviations.values())) > 1 and any(
         compensators(case.space) for case in surrogates_of(surrogate).values()
     ):
-        raise InputError("limits must all have the same sigmas where there is a Compensator")
+        raise InputError("requirements must all have the same sigmas where there is a Compensator")
     # Check the requirements with the bands of each k.
     results = {}
     source = ""
     inputs = ""
     for k in dict.fromkeys(deviations.values()):
-        check = _Checked(surrogate, requirements, k)
+        check = _Checked(surrogate, requirement_by_name, k)
         results |= {
             name: check.result(name).assign(_about(requirement, labels, k))
-            for name, requirement in requirements.items()
+            for name, requirement in requirement_by_name.items()
             if deviations[name] == k
         }
         source = check.source
         inputs = check.inputs
-    result = xr.concat([results[name] for name in requirements], "limit")
-    result = result.assign_coords(limit=list(requirements))
+    result = xr.concat([results[name] for name in requirement_by_name], "limit")
+    result = result.assign_coords(limit=list(requirement_by_name))
     # Put the verdicts and what they rest on into words.
     attrs: dict[str, Any] = {"error": source or NOT_JUDGED}
     attrs["verdict"] = margins_in_words(result.assign_attrs(attrs))
@@ -146,7 +146,7 @@ def _sigmas_of(requirement: Requirement) -> float:
 
 def _about(requirement: Requirement, labels: xr.DataArray, sigmas: float) -> dict[str, Any]:
     criterion = requirement.criterion
-    number = chosen_output("", requirement.output, labels)[1]
+    number = requirement.output_in(labels)[1]
     of_output = labels if number is None else labels.isel(output=number)
     shares = isinstance(criterion, Probability | ShareOfParts)
     return {
@@ -200,7 +200,7 @@ class _Checked:
     ) -> xr.Dataset:
         """Return the result of one combination.
 
-        After impacts, expansions with an error above `max_relative_error`, in parts of the width,
+        After impacts, expansions with an error above `max_relative_error`, relative to the width,
         decide nothing.
         """
         if label not in self.bands:
@@ -266,7 +266,7 @@ def _bands(
     case = cases[""]
     space = case.space
     dims = case.labels.dims[1:]
-    check_no_play(space, "check_limits with a Compensator")
+    check_no_play(space, "check_requirements with a Compensator")
     # Adjust compensators for the least margins, and put the adjusted ends into the bands.
     corridor = joint({k: r.corridor(case.labels) for k, r in requirements.items()})
     expansions, numbers, bounds = series_with_limits(case, corridor)
@@ -356,7 +356,7 @@ def _check_margins(
 
 
 def _relative_errors(bands: xr.Dataset, labels: xr.DataArray) -> xr.DataArray:
-    """Return the error of the expansion of each output in parts of its width, 0 if not known."""
+    """Return the error of the expansion of each output relative to its width, 0 if not known."""
     relative = np.zeros(axes_of(labels).shape)
     if "error_bar_expansion_error" in bands:
         relative = relative_errors(bands, "expansion_error", bands["error_bar"])
@@ -399,11 +399,11 @@ def _of_output(values: xr.DataArray, labels: xr.DataArray, corridor: Corridor) -
 
 LONG_NAMES = {
     "margin": "distance of μ ± {k}σ from the limit, for all values of the interval inputs",
-    "expected_error": "error expected of the margin",
+    "expected_error": "expected error of the margin",
     "above": "limit above which the output must stay",
     "below": "limit below which the output must stay",
     "least_margin": "least margin",
-    "least_margin_error": "error expected of the least margin",
+    "least_margin_error": "expected error of the least margin",
     "least_margin_at": "where the least margin is",
     "margin_between": "least margin between the times",
     "margin_between_after": "last time before it",
@@ -413,18 +413,18 @@ LONG_NAMES = {
     "grid_error": "by how much the margin may be less between the times",
     "constant_offsets": "whether the margin is for constant offsets of pins and guides",
     "run_required": "whether runs must agree with the verdict",
-    "run_margin": "margin of a run that leaves the limit by more than its error",
+    "run_margin": "margin of a run that violates the limit by more than its error",
     "recorded_margin": "least margin of the runs that were looked at",
     "run_value": "value of a run that is nearest to the limit, or farthest beyond it",
     "run_bound": "the limit there",
     "run_extreme": "whether this value is the largest or the smallest of the runs",
     "extent": "range of the output over all its bands",
     "side": "which side of the limit is nearest",
-    "verdict": "whether the limit is kept for all values of the interval inputs",
+    "verdict": "whether the requirement is met for all values of the interval inputs",
     "requirement": "name of the requirement",
     "identifier": "identifier of the requirement",
     "source": "where the requirement is from",
-    "bounds": "what the output must keep",
+    "bounds": "bounds of the output",
     "criterion": "what it takes to meet the requirement",
     "at_most": "largest probability or share of parts that is allowed",
     "deviations": "k of μ ± kσ",

@@ -46,14 +46,14 @@ def production_yield(
     """Return the share of the parts that meet each requirement, if tolerances scatter.
 
     The surrogate of the worst case answers without new runs: its intervals are the ranges within
-    which the tolerances scatter. A part fails if it leaves the bounds at any time, the output times
-    or between them. The share of those that fail is computed as `failure_probability` does, with
-    the same statements about its error, and runs of the response correct it likewise.
+    which the tolerances scatter. A part fails if it violates the bounds at any time, at the output
+    times or between them. The share of those that fail is computed as `failure_probability` does,
+    with the same statements about its error, and runs of the response correct it likewise.
 
     Parameters
     ----------
     surrogate : what `expand` returns.
-    requirements : a `Requirement` or a `Limit`, or several; of several, the share of the parts that
+    requirements : a `Requirement`, or several; of several, the share of the parts that
         meet all is given as well. Their criteria have no effect.
     scatter : by names of the intervals, their distributions in production: any bounded
         distribution, such as `Uniform`, `Triangular` or `TruncatedNormal`, or an
@@ -81,7 +81,8 @@ def production_yield(
     >>> inputs = {"a": fb.Interval(-1.0, 1.0), "b": fb.Interval(-1.0, 1.0)}
     >>> surrogate = fb.expand(lambda a, b: a + b, inputs, fb.PCCI(0, 1))
     >>> uniform = fb.Uniform(-1.0, 1.0)
-    >>> found = fb.production_yield(surrogate, fb.Limit(below=1.0), {"a": uniform, "b": uniform})
+    >>> requirement = fb.Requirement("response", below=1.0)
+    >>> found = fb.production_yield(surrogate, requirement, {"a": uniform, "b": uniform})
     >>> found["failing"].values.round(2)  # 1/8
     array([0.13])
     """

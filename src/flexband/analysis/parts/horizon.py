@@ -40,7 +40,7 @@ LONG_NAMES = {
     "horizon_low": "the same, exceeded by 90 % of the points",
     "horizon_high": "the same, exceeded by 10 % of the points",
     "predictable": "whether no change grows within the run at 90 % of the points",
-    "quantity_change": "change of a number in parts of its range, median over the points",
+    "quantity_change": "change of a number relative to its range, median over the points",
     "quantity_change_high": "the same, exceeded by 10 % of the points",
     "quantity_predictable": "whether the change is small at 90 % of the points",
 }
@@ -53,11 +53,11 @@ class HorizonOptions:
     points: int = 16
     """Points of the inputs."""
     change: float = 1e-4
-    """Change of each input, in parts of its range."""
+    """Change of each input, relative to its range."""
     limit: float = 0.1
-    """Change, in parts of the band's width, at which motions are unpredictable."""
+    """Change, relative to the band's width, at which motions are unpredictable."""
     least_width: float = 0.01
-    """Least width of a band, in parts of the largest one of the whole run."""
+    """Least width of a band, relative to the largest one of the whole run."""
     deviations: float = 3.0
     """Half of the range of a random input, in standard deviations."""
     tail: float = 0.1
@@ -104,7 +104,7 @@ def predictability_horizon(
     quantities : name -> quantity of one number, such as ``Peak("F")`` or ``Final("stop_number")``;
         by default the largest and the smallest value of each output. Each is predictable or not.
     points : number of points of the inputs, of a Latin hypercube.
-    change : of each input, in parts of its range: of an interval's width, or of ± 3 standard
+    change : of each input, relative to its range: of an interval's width, or of ± 3 standard
         deviations.
     seed : of the points.
     batch, store, executor, progress : as in `propagate`.
@@ -115,13 +115,14 @@ def predictability_horizon(
     and `horizon_low` and `horizon_high`, its scatter: 80 % of the points are between them. They are
     inf where no change grows within the run, and 0 for outputs without a time that change so much.
     `predictable` is whether `horizon_low` is inf. Along the dim "quantity" are `quantity_change`
-    and `quantity_change_high`, in parts of the range of the quantity, and `quantity_predictable`.
+    and `quantity_change_high`, relative to the range of the quantity, and `quantity_predictable`.
     ``attrs["runs"]`` is the number of runs.
 
     Raises
     ------
     InputError
-        If there is a choice, a number is out of its range, a quantity is none, and as `propagate`.
+        If there is a choice, a number is out of its range, a quantity is not a function, and as
+        `propagate`.
     RunError, StoreError
         As `propagate` raises them.
 
@@ -250,7 +251,7 @@ def _rates(unit: str) -> int:
 
 
 def _shares(values: np.ndarray, options: HorizonOptions) -> np.ndarray:
-    """Return the changes of runs (runs, times) in parts of the width so far, (points, times)."""
+    """Return the changes of runs (runs, times) relative to the width so far, (points, times)."""
     at, *others = values.reshape(-1, options.points, *values.shape[1:])
     width = np.maximum.accumulate(np.ptp(at, axis=0), axis=-1)
     width = np.maximum(width, options.least_width * width[..., -1:])

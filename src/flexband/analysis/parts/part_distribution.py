@@ -148,7 +148,7 @@ def margins_of(
     names = numbers["quantity"].values.tolist()
     margins = []
     for requirement in requirements:
-        of_number = requirement.output in names
+        of_number = (requirement.output or requirement.name) in names
         values, unsure = (as_outputs, 0.0) if of_number else (response, error)
         corridor_labels = values if of_number or labels is None else labels
         parts = parts_between(values, corridor_labels)

@@ -51,14 +51,14 @@ def sample_parts(
         uniformly distributed, which ``attrs["scatter"]`` says.
     quantities : name -> quantity of one number, such as ``Peak("F")`` or ``Final("stop_number")``;
         by default the largest and the smallest value of each output.
-    requirements : a `Requirement` or a `Limit`, or several, on outputs, which hold at their times,
+    requirements : a `Requirement`, or several, on outputs, which hold at their times,
         or on quantities.
     probabilities : of the quantiles.
     confidence : of all intervals.
-    accuracy : half the width of the interval of a quantile, in parts of the probability beyond it:
+    accuracy : half the width of the interval of a quantile, relative to the probability beyond it:
         0.5 is from 92.5 % to 97.5 % for that of 95 %.
-    samples : number of samples; by default as many as `accuracy` needs, and as show that a share of
-        parts which `ShareOfParts` allows is not exceeded, if no sample fails, up to 10 000.
+    samples : number of samples; by default as many as `accuracy` needs, and as show that the
+        share of `ShareOfParts` is met, if no sample fails, up to 10 000.
     seed : of the samples. The first ones are the same for any number of samples.
     batch, store, executor, failed, progress : as in `propagate`. Runs that are left out make
         intervals of shares wider: they may meet a requirement or not.
@@ -84,7 +84,7 @@ def sample_parts(
     Examples
     --------
     >>> inputs = {"a": fb.Interval(0.0, 1.0), "b": fb.Normal(0.0, 0.1)}
-    >>> limit = fb.Limit(below=1)
+    >>> limit = fb.Requirement("response", below=1)
     >>> result = fb.analysis.sample_parts(lambda a, b: a + b, inputs, requirements=limit)
     >>> result["quantile"].sel(probability=0.5).values.round(1), result.attrs["samples"]
     (array([0.5]), 292)
@@ -92,7 +92,7 @@ def sample_parts(
     (array([0.96]), 'a: Uniform(lower=0.0, upper=1.0), assumed')
     """
     options = SamplingOptions(probabilities, confidence, accuracy, samples)
-    requirement_list = requirement_tuple(requirements, "requirements")
+    requirement_list = requirement_tuple(requirements)
     check_quantities(quantities)
     seed = check_integer("seed", seed, 0)
     count = options.count(requirement_list)

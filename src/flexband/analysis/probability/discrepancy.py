@@ -10,10 +10,10 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 ROUGHNESS = 0.1, 1.0, 10.0
-"""Variances of the rough part, in parts of the mean one of the quadratic function."""
+"""Variances of the rough part, relative to the mean one of the quadratic function."""
 
 LENGTHS = 0.5, 1.0, 2.0, 4.0
-"""Over which the rough part varies, in parts of the root of the number of variables."""
+"""Over which the rough part varies, relative to the root of the number of variables."""
 
 NOISE = 1e-8, 1e-4, 1e-2, 0.1, 1.0
 """Variances of the noise, in the same parts."""

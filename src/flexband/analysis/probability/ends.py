@@ -196,7 +196,7 @@ class _EndSearch:
 
         The common samples are around rare samples at all of the `places`, (places, m), that are
         compared: those of a few may hardly see what leaves the limits at another. For the search
-        near the best place, `scaled_state` has margins in parts of their scatter.
+        near the best place, `scaled_state` has margins relative to their scatter.
         """
         options = self.options
         count = self.options.compared_samples

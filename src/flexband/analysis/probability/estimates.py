@@ -160,7 +160,7 @@ def clear(
 
 
 def missed_at(k: float) -> float:
-    """Return what may be missed k standard deviations from the mean, in parts of what is expected.
+    """Return what may be missed k standard deviations from the mean, relative to what is expected.
 
     It is twice the expected error of μ ± kσ, or, farther out, what a term of third order has there
     whose root mean square is that of all that is missed: (k³ − 3k)/√6.

@@ -23,6 +23,7 @@ from flexband.analysis.probability.statements import (
 from flexband.analysis.probability.texts import LONG_NAMES, verdict_on, with_texts
 from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
 from flexband.basics.checks import check_integer, check_numbers
+from flexband.basics.former_names import former_arguments
 from flexband.basics.progress import Progress
 from flexband.basics.response import ResponseFunction
 from flexband.basics.words import value_text
@@ -47,9 +48,10 @@ RUNS = 64
 """Runs of the model that correct a probability, unless another number is given."""
 
 
+@former_arguments(limits="requirements")
 def failure_probability(
     surrogate: AnySurrogate,
-    limits: Requirements,
+    requirements: Requirements,
     *,
     scatter: Scatter | None = None,
     response: ResponseFunction | None = None,
@@ -60,28 +62,28 @@ def failure_probability(
     executor: ExecutorLike = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Return the probability that a response leaves its limits, as bounds over interval inputs.
+    """Return the probability of violating requirements, as bounds over the interval inputs.
 
-    A sample of the random inputs fails if it leaves the limit at any time: first passage. Its
-    probability is computed on the surrogate by importance sampling, without runs. What the
-    surrogate and the times miss is part of the result. With the response, runs near the limit
-    correct the probability for what the surrogate misses.
+    A sample of the random inputs fails if it violates the limit at any time: first passage. Its
+    probability is computed on the surrogate by importance sampling, without runs. The errors of
+    the surrogate and of finite output steps are part of the result. With the response, runs near
+    the limit correct the probability for the error of the surrogate.
 
-    Few runs tell what a surrogate misses in its tails. Probabilities below 1e-4 are therefore only
+    Few runs show the error of a surrogate in its tails. Probabilities below 1e-4 are therefore only
     bounded, unless the response is given, or the expected error is at most 1e-5 of the output's
     standard deviation, as where the response is a polynomial. A method with given orders, such as
-    `PCCI`, has no judge of its tails, and `verify` is none: without the response, or such an error,
-    intervals are from 0 to 1.
+    `PCCI`, has no runs that judge its tails, and those of `verify` do not: without the response, or
+    such an error, intervals are from 0 to 1.
 
     Parameters
     ----------
     surrogate : what `expand` returns. At least one of its inputs must be random.
-    limits : a `Limit`, or several; of several, the probability of leaving any is given as well. It
-        is never less than that of one of them: where sampling or the search over the intervals
-        finds less, the result of this one is given.
-    scatter : of the tolerances, as in `production_yield`, whose probability this is then: the worst
-        case unless given.
-    response : what the surrogate was made of, if its runs shall correct the probability.
+    requirements : a `Requirement`, or several; of several, the probability of violating any is
+        given as well. It is never less than that of one of them: where sampling or the search over
+        the intervals finds less, the result of this one is given.
+    scatter : of the tolerances, as in `production_yield`; the result is then the probability that a
+        part fails. The worst case unless given.
+    response : of the surrogate, if its runs are to correct the probability.
     runs : number of these runs for each bound over the interval inputs, each limit and each
         combination of options, 16 or more. A quarter as many come before them for each limit: they
         tell for which values of the interval inputs the probability is largest.
@@ -92,16 +94,16 @@ def failure_probability(
     Returns
     -------
     Dataset with dims "bound" (lower, upper: over all values of the interval inputs) and "limit".
-    `probability` is that of leaving the limit at any output time; `confidence_low` and
+    `probability` is that of violating the limit at any output time; `confidence_low` and
     `confidence_high` are its confidence interval, 95 %, of the sampling, of the search over the
     interval inputs, and, without runs, of what the surrogate may miss. If no sample
-    leaves the limit, or the probability is only bounded, it is 0, `confidence_low` is 0, and
+    violates the limit, or the probability is only bounded, it is 0, `confidence_low` is 0, and
     `confidence_high` is a bound of it; `surrogate_probability` is what the surrogate alone finds.
     `limit_looser` and
     `limit_tighter` are the probability with the limit moved by what the surrogate may miss there:
     what it is expected to miss of a run (root mean square), times 2 √((1 + k²)/2), as for μ ± kσ,
     or (k³ − 3k)/√6, as a term of third order grows, with k = −Φ⁻¹(probability). `between_times`
-    is the probability of leaving the limit at the times or between them, by
+    is the probability of violating the limit at the times or between them, by
     parabolas through the peaks, and by what the outputs do there in all runs in which that was
     looked at (`above_between` of `propagate`); `between_times_low` and `between_times_high` are the
     interval that holds it, with what they do in any of these runs. `probability_at`, dim "input",
@@ -114,7 +116,7 @@ def failure_probability(
     interval are unbiased for the response itself at `probability_at`, which the surrogate finds;
     `runs` counts runs, and `disagreements` those
     in which the surrogate was wrong about the limit after other runs had corrected its margins. All
-    else is of the surrogate. ``attrs["error"]`` is as in `check_limits`, or
+    else is of the surrogate. ``attrs["error"]`` is as in `check_requirements`, or
     "pointwise_error" where the method tells one apart; ``attrs["verdict"]`` is a text.
     Probabilities of a surrogate whose expected error is above its tolerance are NaN, unless
     runs correct them. Of choices, the probability at any time, that between the times and that
@@ -123,8 +125,9 @@ def failure_probability(
     Raises
     ------
     InputError
-        If `surrogate` is none or has no random inputs, a limit does not fit its outputs, or
-        `accuracy` is not between 0.002 and 0.5; and as `propagate` does about the response.
+        If `surrogate` is not a surrogate or has no random inputs, a requirement does not fit its
+        outputs, or `accuracy` is not between 0.002 and 0.5; and as `propagate` does about the
+        response.
     RunError
         If a run fails.
 
@@ -132,20 +135,20 @@ def failure_probability(
     --------
     >>> inputs = {"length": fb.Interval(0.8, 1.2), "play": fb.Normal(0.0, 0.05)}
     >>> surrogate = fb.expand(lambda length, play: length + play, inputs, fb.PCCI(1, 1))
-    >>> result = fb.analysis.failure_probability(surrogate, fb.Limit(below=1.3))
+    >>> result = fb.analysis.failure_probability(surrogate, fb.Requirement("response", below=1.3))
     >>> result["probability"].values.round(2).ravel()  # 1 − Φ(10) and 1 − Φ(2)
     array([0.  , 0.02])
     """
     options = {"runs": runs, "accuracy": accuracy, "seed": seed, "store": store}
     return limit_probabilities(
-        surrogate, limits, scatter=scatter, response=response, executor=executor,
+        surrogate, requirements, scatter=scatter, response=response, executor=executor,
         progress=progress, **options,
     )  # fmt: skip
 
 
 def limit_probabilities(
     surrogate: AnySurrogate,
-    limits: Requirements,
+    requirements: Requirements,
     *,
     scatter: Scatter | None = None,
     response: ResponseFunction | None = None,
@@ -173,7 +176,7 @@ def limit_probabilities(
     seed = check_integer("seed", seed, 0)
     labels = labels_of(surrogate)
     check_free(labels, "limit", *LONG_NAMES)
-    corridors_of = {label: corridors(limits, labels, label) for label in surrogates}
+    corridors_of = {label: corridors(requirements, labels, label) for label in surrogates}
     for label, case in surrogates.items():
         check_instantaneous(corridors_of[label], case.diagnostics.attrs)
     # Refuse what has no probability, and limits that leave nothing between them.
@@ -273,12 +276,12 @@ def _check(surrogates: Mapping[str, Surrogate], *, scatters: bool) -> None:
     spaces = [case.space for case in surrogates.values()]
     if not scatters and not all(space.random_dimension for space in spaces):
         raise InputError(
-            "surrogate must have random inputs; check_limits takes one with intervals alone"
+            "surrogate must have random inputs; check_requirements takes one with intervals alone"
         )
     if compensator_names := [name for space in spaces for name in compensators(space)]:
         raise InputError(
             f"surrogate must have no Compensator, which is adjusted, not left to chance; got "
-            f"{compensator_names[0]}. check_limits and allocate adjust it"
+            f"{compensator_names[0]}. check_requirements and allocate adjust it"
         )
 
 

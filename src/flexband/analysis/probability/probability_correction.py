@@ -52,15 +52,15 @@ class CorrectionOptions:
     widened: float = 1.3
     """Factor of the scatter."""
     min_scatter: float = 1e-3
-    """Least scatter, in parts of the margins' standard deviation."""
+    """Least scatter, relative to the margins' standard deviation."""
     min_chance_beyond: float = 0.2
     """Least chance to be drawn of samples beyond the limit; it is ½ at the limit."""
     anywhere_share: float = 0.1
     """Part of the runs that are drawn anywhere."""
     negligible: float = 1e-5
-    """Differences of margins that count as none, in parts of their standard deviation."""
+    """Differences of margins that count as none, relative to their standard deviation."""
     max_misfit: float = 1.5
-    """Scatter of margins of runs in parts of what was learnt, beyond which it counts itself."""
+    """Scatter of margins of runs relative to what was learnt, beyond which it counts itself."""
     repeats: int = 4000
     """Repeats of the bootstrap."""
     importance: ImportanceOptions = field(default_factory=ImportanceOptions)
@@ -238,7 +238,7 @@ def _doubtful(
 
     Most are drawn at the given η, with the probability that they are taken for the wrong side; the
     others are spread over u and η, also to where this hardly counts yet. The doubt is the
-    probability of the wrong side, in parts of that beyond the limit.
+    probability of the wrong side, relative to that beyond the limit.
     """
     samples, (_, n) = options.importance.batch_samples, rare_samples.u.shape
     if not len(rare_samples.u):
@@ -338,7 +338,7 @@ def _draw_samples(
     """Draw samples near the limit; return their numbers, and what each one counts.
 
     The sum of what is drawn, each times what it counts, over its number has the expectation of the
-    weighted mean of all samples. Margins t are in parts of how much they scatter.
+    weighted mean of all samples. Margins t are relative to how much they scatter.
     """
     chance = np.sqrt(ndtr(-np.abs(t)))
     chance = np.where(t < 0, np.maximum(chance, options.min_chance_beyond), chance)

@@ -45,7 +45,7 @@ class LimitedOutputs:
     axis: TimeAxis | None  # their times; None where there is nothing between them
 
     def sides(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
-        """Return margins to both limits in parts of the scale, (points, 2, outputs, times)."""
+        """Return margins to both limits relative to the scale, (points, 2, outputs, times)."""
         values = self.expansion.evaluate_quickly(xi, eta)
         return np.stack([values - self.lower, self.upper - values], axis=1) / self.scale
 
@@ -84,7 +84,7 @@ class LimitedOutputs:
         return np.minimum(highest, curves.estimate), highest, np.minimum(lowest, curves.lowest)
 
     def margins(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
-        """Return margins in parts of the scale, (points, outputs, times), ∞ out of the window."""
+        """Return margins relative to the scale, (points, outputs, times), ∞ out of the window."""
         return self.margins_of(self.expansion.evaluate_quickly(xi, eta))
 
     def margins_of(self, values: np.ndarray) -> np.ndarray:
@@ -121,7 +121,7 @@ def least_of(margins: list[np.ndarray]) -> np.ndarray:
 class LimitState:
     """The margins of a surrogate, as functions of standard normal variables u and of η.
 
-    The margins of an output are given in parts of its standard deviation over all inputs, so that
+    The margins of an output are given relative to its standard deviation over all inputs, so that
     those of different outputs can be compared. Where tolerances scatter, u has their variables
     after those of ξ, and η has no effect.
     """
@@ -279,7 +279,7 @@ class LimitState:
         return moments
 
     def in_parts_of(self, scatter: list[np.ndarray]) -> LimitState:
-        """Return the state with margins in parts of these, each (outputs, times)."""
+        """Return the state with margins relative to these, each (outputs, times)."""
         pairs = zip(self.parts, scatter, strict=True)
         parts = tuple(replace(p, scale=p.scale * unit) for p, unit in pairs)
         mean = float(np.mean(np.concatenate([unit.ravel() for unit in scatter])))

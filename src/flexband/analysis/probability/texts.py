@@ -1,4 +1,4 @@
-"""Probabilities of leaving limits, and shares of parts, in words."""
+"""Probabilities of violating limits, and shares of parts, in words."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def in_words(result: xr.Dataset) -> str:
 
 
 def verdict_on(result: xr.Dataset) -> str:
-    """Return the probabilities of leaving all limits, and doubts about them, as sentences."""
+    """Return the probabilities of violating all limits, and doubts about them, as sentences."""
     words = [in_words(result.isel(limit=k)) for k in range(result.sizes["limit"])]
     return ". ".join(
         [*words, *np.atleast_1d(AnswerRecord.read(result).doubts).astype(str).tolist()]
@@ -124,12 +124,12 @@ def _place(result: xr.Dataset) -> str:
 
 
 LONG_NAMES = {
-    "probability": "probability of leaving the limit at any of the output times",
+    "probability": "probability of violating the limit at any of the output times",
     "confidence_low": "lower end of its 95 % confidence interval",
     "confidence_high": "upper end of its 95 % confidence interval",
     "limit_looser": "probability with the limit looser by what the surrogate may miss",
     "limit_tighter": "probability with the limit tighter by what the surrogate may miss",
-    "between_times": "probability of leaving the limit at any time, between the output times too",
+    "between_times": "probability of violating the limit at or between the output times",
     "between_times_low": "lower end of the interval that holds it",
     "between_times_high": "upper end of the interval that holds it",
     "samples": "samples of the surrogate",

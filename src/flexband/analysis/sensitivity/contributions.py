@@ -77,8 +77,8 @@ def contributions(
     Raises
     ------
     InputError
-        If the surrogate is none, `sigmas` is not positive, `at` does not fit the response, or
-        there are more than eight inputs to share the width among.
+        If `surrogate` is not a surrogate, `sigmas` is not positive, `at` does not fit the response,
+        or there are more than eight inputs to share the width among.
 
     Examples
     --------
@@ -159,7 +159,7 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
 def _shares(
     parts: np.ndarray, width: np.ndarray, vary: np.ndarray, surrogate: Surrogate
 ) -> Variables:
-    """Return what inputs have of the width, (names, …, times), in parts of it; 0 of constants."""
+    """Return what inputs have of the width, (names, …, times), relative to it; 0 of constants."""
     times = surrogate.times
     dims = surrogate.labels.dims[1:]
     shape = width.shape

@@ -65,7 +65,7 @@ def sobol_indices(
     Raises
     ------
     InputError
-        If the surrogate is none or has no random input, or `at` does not fit the response.
+        If `surrogate` is not a surrogate or has no random input, or `at` does not fit the response.
 
     Examples
     --------

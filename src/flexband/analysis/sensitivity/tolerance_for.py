@@ -33,7 +33,7 @@ LONG_NAMES = {
 def tolerance_for(
     surrogate: AnySurrogate, name: str, share: float = 0.5, *, sigmas: float = 1.0
 ) -> xr.Dataset:
-    """Return the tolerance of an input with which error bars have a part of their largest width.
+    """Return the tolerance of an input that reduces error bars to a fraction of their width.
 
     All other inputs stay as they are. No runs are made.
 
@@ -41,7 +41,7 @@ def tolerance_for(
     ----------
     surrogate : what `expand` or `load_surrogate` returns, of a response without choices.
     name : an interval, a distribution with a number `std`, or a normal `RandomField`.
-    share : part of the largest width over time, between 0 and 1; 0.5 halves the band.
+    share : fraction of the largest width over time, between 0 and 1; 0.5 halves the band.
     sigmas : k of the error bar.
 
     Returns
@@ -49,14 +49,14 @@ def tolerance_for(
     Dataset with the dims of the response but its last, time. `tolerance`, half the width of an
     interval or a standard deviation, is the largest with which the width is at most `share` of what
     it is, for it and for all smaller ones that are tried; NaN if there is none. `factor` is the
-    same as a part of the tolerance as it is; `width` and `least_width` are the largest widths with
-    the latter, and without any.
+    same as a fraction of the present tolerance; `width` and `least_width` are the largest widths
+    with the latter, and without any.
 
     Raises
     ------
     InputError
-        If the surrogate is none or has choices, the name is none of these inputs, or `share` or
-        `sigmas` are out of their ranges.
+        If `surrogate` is not a surrogate or has choices, `name` is not such an input, or
+        `share` or `sigmas` are out of their ranges.
 
     Examples
     --------

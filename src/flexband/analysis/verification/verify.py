@@ -12,7 +12,7 @@ each, drawn at random, they are uniformly distributed. A kink that few samples r
 often, and the ratio of the densities is the weight of the run, so that expectations remain those of
 samples.
 
-Let q_i be the mean square of what the surrogate misses in run i, over all times, in parts of what
+Let q_i be the mean square of what the surrogate misses in run i, over all times, relative to what
 the expected error allows, times the weight. If that is right, E[q_i] ≤ 1, and for every λ ≤ 1 the
 product of 1 + λ(q_i − 1) has an expectation of 1 at most; so has its mean over several λ. By
 Markov's inequality it exceeds 1/α with a probability below α, whatever the distribution of the q_i
@@ -88,7 +88,7 @@ class VerificationOptions:
     betting_factors: tuple[float, ...] = (0.01, 0.02, *np.linspace(0.05, 0.95, 19))
     """Values of λ."""
     min_part: float = 1e-6
-    """Lowest value of what is missed at least, in parts of the mean."""
+    """Lowest value of what is missed at least, relative to the mean."""
     halvings: int = 60
     """Halvings of the search for what is missed at least."""
 
@@ -119,7 +119,7 @@ def verify(
     """Return a surrogate with what verification runs say of it.
 
     The verdict is about the expected error of the expansion: whether the surrogate misses more of
-    these runs than it allows, as far as so many runs can tell. If the expected errors of all
+    these runs than it allows. If the expected errors of all
     outputs are right, at most 5 % of verifications do not confirm them. The error of the
     discretization is not verified, since the verification runs have it too.
 
@@ -149,7 +149,7 @@ def verify(
     time. Along the dim "sample" are `missed_in_run`, the `run_values` of the inputs, the
     `run_place`: at a bound or anywhere, and the `run_weight`. ``attrs["verdict"]`` is a text,
     ``attrs["confirmed"]`` "yes", "no" or "no error was expected", ``attrs["inferred_share"]`` the
-    inferred error that decides, in parts of the error bar's width, ``attrs["runs"]`` the number of
+    inferred error that decides, relative to the error bar's width, ``attrs["runs"]`` the number of
     runs. With choices there is a dim "choice", and every combination has so many runs.
 
     Raises
@@ -265,7 +265,7 @@ def _judgement(
     verification: xr.Dataset, surrogate: Surrogate, valid_runs: np.ndarray, sampled: int
 ) -> dict[str, Any]:
     """Return the verdict on a surrogate, with what is corrected in its runs, if something is."""
-    attrs = surrogate.diagnostics.attrs  # which count held-out runs of the whole space
+    attrs = surrogate.diagnostics.attrs  # which count check runs of the whole space
     held_out = 0 if "runs_inside" in attrs else int(attrs.get("runs_generic", 0))
     judgement = verdict(verification, surrogate.labels, valid_runs, sampled, held_out)
     if surrogate.correction:
@@ -284,7 +284,7 @@ def _at_least(
     factors = options.betting_factors
     low, high = (np.full(len(scale), end) for end in (options.min_part, 1.0))
     bets = np.array(factors)[:, None, None]
-    for _ in range(options.halvings):  # what is claimed to be missed, in parts of what is
+    for _ in range(options.halvings):  # what is claimed to be missed, relative to what is
         middle = np.sqrt(low * high)
         q = square / (middle * scale) ** 2
         products = np.log1p(bets * (q - 1)).sum(axis=1)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import flexband as fb
+from flexband.cli.answers.check import During, Only, Side, limits_of
 from flexband.cli.answers.frame import CommandOutput, SomeSigmas, answer_command, one_of
-from flexband.cli.answers.limits import During, Only, Side, limits_of
 from flexband.cli.answers.saved_result import SavedResult
 from flexband.cli.command_options import Trust
 from flexband.cli.messages import UsageError, usage
@@ -41,20 +41,25 @@ def allocate(
     sigmas: SomeSigmas = None,
     probability: Annotated[
         float | None,
-        typer.Option(help="The most with which limits may be left at any time, instead of sigmas."),
+        typer.Option(
+            help="Largest probability of violating a limit at any time, instead of --sigmas."
+        ),
     ] = None,
     confirm: Annotated[
-        bool, typer.Option("--confirm/--no-confirm", help="Make runs where limits bind.")
+        bool,
+        typer.Option(
+            "--confirm/--no-confirm",
+            help="Confirm the tolerances by runs where they just meet a limit.",
+        ),
     ] = True,
     trust: Trust = False,
 ) -> CommandOutput:
-    """Find the cheapest tolerances with which outputs keep limits, and confirm them by runs.
+    """Find the cheapest tolerances that meet the requirements, and confirm them by runs.
 
-    Tolerances are half the widths of intervals, or standard deviations; those of the study are the
-    largest. Without --below and --above, limits are those of the study; --only selects some by
-    their output. Sizes that are free
-    (Sizing) are chosen as well. allocation.nc and allocation.png are written. Runs are kept
-    with those of the study.
+    A tolerance is half the width of an interval, or a standard deviation. None becomes larger than
+    in the study. Without --below and --above, the requirements are those of the study; --only
+    selects some by their output. Free sizes (Sizing) are chosen as well. allocation.nc and
+    allocation.png are written. Runs are recorded with those of the study.
     """
     surrogate = result.surrogate
     k = one_of(sigmas, probability, 3.0)

@@ -37,28 +37,29 @@ class Quantity(StrEnum):
 @answer_command("derived")
 def derived(
     result: SavedResult,
-    quantity: Annotated[Quantity, typer.Argument(help="What is made of the output.")],
+    quantity: Annotated[Quantity, typer.Argument(help="Quantity to compute.")],
     output: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Name of the output; of two, that of their magnitude. A response with one output "
-            "needs none."
+            help="Output, or two outputs for their magnitude. Not needed if the response has only "
+            "one."
         ),
     ] = None,
     period: Annotated[
         float | None,
-        typer.Option(help="Length of a turn, such as 360 over degrees: one number of each turn."),
+        typer.Option(help="Length of a turn, such as 360 for degrees; gives one number per turn."),
     ] = None,
     sigmas: Sigmas = 1.0,
     probability: Annotated[
-        float, typer.Option("--probability", "-p", help="Of the values in the range.")
+        float,
+        typer.Option("--probability", "-p", help="Probability of the values within the range."),
     ] = 0.99,
     samples: Samples = 2048,
     seed: Seed = 0,
 ) -> CommandOutput:
-    """Bound the largest value of an output over time, or another quantity made of it.
+    """Bound the peak of an output, or another quantity computed from it.
 
-    No runs are made. derived.nc is written, and derived.png of a spectrum.
+    No runs are made. derived.nc is written, and derived.png for a spectrum.
     """
     surrogate = result.surrogate
     made_of = _output(output or [], labels_of(surrogate))

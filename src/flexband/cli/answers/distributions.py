@@ -38,13 +38,13 @@ class Kind(StrEnum):
 def distribution(
     result: SavedResult,
     output: Annotated[
-        str | None, typer.Argument(help="Name of the output, of a distribution function.")
+        str | None, typer.Argument(help="Output of the distribution function.")
     ] = None,
     kind: Annotated[
         Kind,
         typer.Option(
-            help="Quantiles; the range of all values with a part of the random inputs; or the "
-            "distribution function of an output at a time."
+            help="Quantiles; the range that a share of the random inputs gives; or the "
+            "distribution function of an output at one time."
         ),
     ] = Kind.quantiles,
     probability: Annotated[
@@ -52,24 +52,26 @@ def distribution(
         typer.Option(
             "--probability",
             "-p",
-            help="Of a quantile, may be repeated (0.05, 0.5 and 0.95); of the random inputs in the "
-            "box of a range (0.99).",
+            help="Probability of a quantile, can be repeated (0.05, 0.5 and 0.95); or share of the "
+            "random inputs that give a range (0.99).",
         ),
     ] = None,
     time: Annotated[
         float | None,
         typer.Option(
-            help="Of a distribution function; a position, from 0, if the response has no times."
+            help="Time of the distribution function; an index from 0 if the response has no times."
         ),
     ] = None,
     samples: Annotated[
-        int | None, typer.Option(help="Samples of the random inputs (4096).")
+        int | None, typer.Option(help="Number of samples of the random inputs.  [default: 4096]")
     ] = None,
-    seed: Annotated[int | None, typer.Option(help="Seed of the samples (0).")] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of the random samples.  [default: 0]")
+    ] = None,
 ) -> CommandOutput:
     """Bound quantiles, ranges or distribution functions of outputs over the interval inputs.
 
-    No runs are made. quantiles.nc and quantiles.png are written, range.nc and range.png, or
+    No runs are made. quantiles.nc and quantiles.png are written, or range.nc and range.png, or
     p_box.nc and p_box.png.
     """
     check_options(

@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 
 Sigmas = Annotated[float, typer.Option(help="k of the error bar μ ± kσ.")]
 SomeSigmas = Annotated[float | None, typer.Option(help="k of the error bar μ ± kσ.")]
-Samples = Annotated[int, typer.Option(help="Samples of the random inputs.")]
-Seed = Annotated[int, typer.Option(help="Seed of the samples.")]
+Samples = Annotated[int, typer.Option(help="Number of samples of the random inputs.")]
+Seed = Annotated[int, typer.Option(help="Seed of the random samples.")]
 
 
 @dataclass(frozen=True)

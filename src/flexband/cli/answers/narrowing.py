@@ -22,6 +22,7 @@ if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr
 
     from flexband.analysis.labelled_answers import AnswerRecord
+    from flexband.analysis.limits.least_margin import LimitVerdict
     from flexband.analysis.probability.texts import NOT_GIVEN
     from flexband.analysis.selection import labels_of
     from flexband.report.page.inputs import known_of
@@ -58,14 +59,17 @@ def narrow(
     sigmas: Sigmas = 1.0,
     probability: Annotated[
         bool,
-        typer.Option("--probability", help="Also how likely the study's limits are left."),
+        typer.Option(
+            "--probability",
+            help="Also show the probabilities of violating the study's requirements.",
+        ),
     ] = False,
     trust: Trust = False,
 ) -> CommandOutput:
     """Show the bands for tighter tolerances or less scatter, without further runs.
 
-    If the study in FOLDER has limits, the least margins of μ ± 3σ before and after are shown, too.
-    narrowed.nc is written, in place of an earlier one.
+    If the study in FOLDER has requirements, their least margins (μ ± 3σ) before and after are shown
+    as well. The result is written to narrowed.nc, in place of an earlier one.
     """
     surrogate = result.surrogate
     place = result.folder
@@ -106,7 +110,7 @@ def narrow(
     header = ["output", width, "narrowed", "of what it was"]
     printed = [(f"Narrowed inputs: error bar μ ± {deviations(after)}", (header, rows))]
     if limits:
-        printed.append(("Limits, margins of μ ± 3σ", limits_table(limits)))
+        printed.append(("Requirements, margins of μ ± 3σ", limits_table(limits)))
     sentence = (
         accuracy_line(after, None) if isinstance(error, float) else f"Estimated error: {error}."
     )
@@ -141,10 +145,14 @@ def limits_before_and_after(
     is none.
     """
     if likely and not (limits and has_probability(surrogates[0])):
-        raise UsageError("--probability requires random inputs, no Compensator, and study limits")
+        raise UsageError(
+            "--probability requires random inputs, no Compensator, and requirements of the study"
+        )
     if not limits:
         return []
-    checks = [display.data(fb.analysis.check_limits(surrogate, limits)) for surrogate in surrogates]
+    checks = [
+        display.data(fb.analysis.check_requirements(surrogate, limits)) for surrogate in surrogates
+    ]
     units = checks[0].coords.get("unit", xr.DataArray("")).values
     units = np.broadcast_to(units, len(limits)).astype(str).tolist()
     rows = [
@@ -170,8 +178,8 @@ def limits_before_and_after(
 
 
 def limits_table(limits: list[dict[str, Any]]) -> Table:
-    """Return one row per limit, before and after inputs are narrowed."""
-    header = ["limit", "least margin", "narrowed", "verdict"]
+    """Return one row per requirement, before and after inputs are narrowed."""
+    header = ["requirement", "least margin", "narrowed", "verdict"]
     likely = "probability" in limits[0]
     header += ["probability, at most", "narrowed"] * likely
     rows = []
@@ -179,7 +187,9 @@ def limits_table(limits: list[dict[str, Any]]) -> Table:
         unit = entry.get("unit", "")
         margins = [f"{number(v)} {unit}".rstrip() for v in entry.get("least_margin", [])]
         margins = margins or ["", ""]
-        before, after = entry.get("verdict", ["", ""])
+        before, after = (
+            LimitVerdict(word).word if word else "" for word in entry.get("verdict", ["", ""])
+        )
         changed = before if before == after else f"{before} → {after}"
         row = [entry["limit"], *margins, changed]
         if likely:
@@ -202,13 +212,13 @@ def _likely(probability: float | None, upper_bound: float | None) -> str:
 def tolerance(
     result: SavedResult,
     name: Annotated[str, typer.Argument(help="Name of the input.")],
-    share: Annotated[float, typer.Option(help="Part of the width that is wanted.")] = 0.5,
+    share: Annotated[float, typer.Option(help="Fraction of the width to reach.")] = 0.5,
     sigmas: Sigmas = 1.0,
 ) -> CommandOutput:
-    """Find the tolerance of an input with which the error bars have a part of their width.
+    """Find the tolerance that reduces the error bars to a given fraction.
 
-    Widths are the largest over time, as in the report's panel "What if". All other inputs stay as
-    they are. No runs are made and no file is written.
+    The width is the largest over time, as in the report's panel "What if". All other inputs stay as
+    they are. No runs are made, and no file is written.
     """
     surrogate = result.surrogate
     with usage():

@@ -21,16 +21,20 @@ if TYPE_CHECKING:  # imported when a command is called
 @answer_command("path")
 def path(
     result: SavedResult,
-    x: Annotated[str, typer.Argument(help="Output that is the first coordinate.")],
-    y: Annotated[str, typer.Argument(help="Output that is the second coordinate.")],
+    x: Annotated[str, typer.Argument(help="Output with the first coordinate.")],
+    y: Annotated[str, typer.Argument(help="Output with the second coordinate.")],
     sigmas: SomeSigmas = None,
     probability: Annotated[
         float | None,
-        typer.Option("--probability", "-p", help="Of the random inputs, instead of μ ± kσ."),
+        typer.Option(
+            "--probability", "-p", help="Probability of the random inputs, instead of μ ± kσ."
+        ),
     ] = None,
-    directions: Annotated[int, typer.Option(help="Directions, and vertices of a region.")] = 32,
+    directions: Annotated[
+        int, typer.Option(help="Number of directions, and of vertices of each region.")
+    ] = 32,
 ) -> CommandOutput:
-    """Show the path of a point, and the region in which it is at every time, without further runs.
+    """Bound the path of a point by a region at every time, without further runs.
 
     path.nc and path.png are written.
     """

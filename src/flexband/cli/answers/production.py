@@ -9,8 +9,8 @@ import typer
 import flexband as fb
 from flexband.analysis.probability import COARSEST, FINEST
 from flexband.basics.checks import check_integer
+from flexband.cli.answers.check import During, Only, Side, as_rows, limits_of
 from flexband.cli.answers.frame import CommandOutput, answer_command
-from flexband.cli.answers.limits import During, Only, Side, as_rows, limits_of
 from flexband.cli.answers.saved_result import SavedResult
 from flexband.cli.command_options import Trust
 from flexband.cli.messages import Table, UsageError, usage
@@ -36,8 +36,9 @@ def production_yield(
     scatter: Annotated[
         list[str] | None,
         typer.Option(
-            help="NAME=uniform, NAME=triangular, NAME=CP, or NAME=CP:CPK:SIDE with the end, lower "
-            "or upper, that the mean is nearer to; can be repeated. Otherwise the study's."
+            help="NAME=uniform, NAME=triangular, NAME=CP, or NAME=CP:CPK:SIDE, where SIDE is the "
+            "end, lower or upper, that the mean is nearer to; can be repeated. The study's unless "
+            "given."
         ),
     ] = None,
     below: Side = None,
@@ -45,19 +46,20 @@ def production_yield(
     during: During = None,
     only: Only = None,
     accuracy: Annotated[
-        float, typer.Option(min=FINEST, max=COARSEST, help="Relative standard error of shares.")
+        float, typer.Option(min=FINEST, max=COARSEST, help="Relative standard error of the shares.")
     ] = 0.025,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random numbers.")] = 0,
     runs: Annotated[
-        int, typer.Option(help="Runs that correct the share of each requirement; 0 for none.")
+        int,
+        typer.Option(help="Number of runs that correct the share of each requirement; 0 for none."),
     ] = 0,
     trust: Trust = False,
 ) -> CommandOutput:
-    """Compute which share of the parts meets the requirements, if their tolerances scatter.
+    """Compute the share of parts that meet the requirements if tolerances scatter.
 
-    Without --below and --above, requirements are those of the study in FOLDER. By default no runs
-    are made. yield.nc is written if requirements and scatter are the study's. Runs are kept with
-    those of the study.
+    Without --below and --above, the requirements are those of the study in FOLDER. No runs are made
+    unless --runs is given; they are recorded with those of the study. yield.nc is written if
+    requirements and scatter are the study's.
     """
     surrogate = result.surrogate
     requirements = limits_of(below or [], above or [], during, result, only or [], trust=trust)

@@ -31,12 +31,14 @@ if TYPE_CHECKING:  # imported when a command is called
 def contributions(
     result: SavedResult,
     sigmas: Sigmas = 1.0,
-    shapley: Annotated[bool, typer.Option(help="Share the width by Shapley's values.")] = False,
+    shapley: Annotated[
+        bool, typer.Option(help="Use Shapley values, which add up to the width.")
+    ] = False,
 ) -> CommandOutput:
     """Rank the inputs by how much they widen the error bar, without further runs.
 
-    With --shapley, all inputs together share the whole width, which takes eight inputs at most.
-    contributions.nc and contributions.png are written.
+    With --shapley, the contributions of all inputs add up to the whole width; that allows at most
+    eight inputs. contributions.nc and contributions.png are written.
     """
     with usage():
         data = fb.analysis.contributions(result.surrogate, sigmas=sigmas, shapley=shapley)
@@ -109,8 +111,8 @@ def _by_output(share: xr.DataArray) -> dict[str, list[float]]:
 def sobol(result: SavedResult) -> CommandOutput:
     """Rank the random inputs by their Sobol' indices, without further runs.
 
-    The indices are parts of the variance, at the time at which σ is largest, each with its lowest
-    and its highest value for any values of the interval inputs. sobol.nc and sobol.png have them at
+    Each index is a fraction of the variance at the time at which σ is largest, printed with its
+    lowest and highest value over the interval inputs. sobol.nc and sobol.png have the indices at
     all times.
     """
     indices = fb.analysis.sobol_indices(result.surrogate)

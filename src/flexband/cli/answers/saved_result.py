@@ -51,7 +51,7 @@ class SavedResult(NamedTuple):
             return plan_in(self.folder, trust=trust).study()
 
     def limits(self, *, trust: bool) -> list[fb.Requirement]:
-        """Return the limits of the study; print a remark, or raise `UsageError` without `trust`."""
+        """Return the requirements of the study; remark, or raise `UsageError` without `trust`."""
         from flexband.study.nominal import around_nominal  # noqa: PLC0415
 
         if not (self.folder / FileName.STUDY).is_file():
@@ -62,7 +62,7 @@ class SavedResult(NamedTuple):
         except UsageError:
             raise
         except Exception as error:  # the study is a program
-            print_remark(f"limits of the study are left out: {error_text(error)}")
+            print_remark(f"requirements of the study are not shown: {error_text(error)}")
             return []
 
     def response_and_store(

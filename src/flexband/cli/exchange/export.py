@@ -27,11 +27,11 @@ if TYPE_CHECKING:  # imported when a command is called
 @reported_errors()
 def export(
     folder: Folder,
-    to: Annotated[Path, typer.Option(help="File: .nc (NetCDF), .csv or .parquet.")],
+    to: Annotated[Path, typer.Option(help="File to write: .nc (NetCDF), .csv or .parquet.")],
 ) -> None:
-    """Write the runs in FOLDER: their inputs, status and outputs, one row per run.
+    """Export the runs in FOLDER: inputs, status and outputs, one row per run.
 
-    It works at any moment, also while the study runs.
+    This also works while the study runs.
     """
     kinds = (".nc", ".csv", ".parquet")
     if to.suffix not in kinds:

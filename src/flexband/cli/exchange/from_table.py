@@ -23,7 +23,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.report.text.numbers import percent
     from flexband.requirements.requirement import requirement_tuple
     from flexband.study.exchange.surrogate_of import surrogate_of
-    from flexband.study.results.limits import check_limits_in
+    from flexband.study.results.limits import check_requirements_in
     from flexband.study.study import load_study
     from flexband.uncertainty.surrogates.bands import BandRecord
     from flexband.uncertainty.surrogates.surrogate_file import save_surrogate
@@ -33,18 +33,20 @@ if TYPE_CHECKING:  # imported when a command is called
 @reported_errors()
 def from_table(
     file: File,
-    table: Annotated[Path, typer.Argument(help="Runs: a .csv or .nc file, or a folder of runs.")],
+    table: Annotated[
+        Path, typer.Argument(help="Existing runs: a .csv or .nc file, or a folder of runs.")
+    ],
     output: Output = Path("output"),
     time: Annotated[
-        str | None, typer.Option(help="Column of the time, if there is a row for each time.")
+        str | None, typer.Option(help="Column of the time, if there is one row per time.")
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the cross-validation.")] = 0,
 ) -> None:
-    """Make the surrogate of runs that exist, without further ones, and check the requirements.
+    """Build a surrogate from existing runs alone, and check the requirements.
 
-    The inputs and requirements are those of the study in FILE; its response is not run. TABLE has a
-    column for every input and output, such as force or force[time=0.5]. The other commands answer
-    from the surrogate.npz that is written to the folder.
+    Inputs and requirements are those of the study in FILE; its response is not run. TABLE has one
+    column per input and output, such as force or force[time=0.5]. The surrogate is written to
+    surrogate.npz in the folder, from which the other commands answer.
     """
     study = load_study(file)
     surrogate = surrogate_of(table, study.inputs, time=time, units=study.units, seed=seed)
@@ -54,7 +56,7 @@ def from_table(
     lines = []
     verdicts = []
     if study.requirements:
-        check = check_limits_in(output, surrogate, requirement_tuple(study.requirements))
+        check = check_requirements_in(output, surrogate, requirement_tuple(study.requirements))
         verdicts = requirement_verdicts(check, uncertain_inputs(None, surrogate), None)
         lines.append(margins_in_words(check.margins))
     print_verdicts(verdicts)

@@ -36,16 +36,16 @@ def export_points(
     method: Method = None,
     sigmas: Sigmas = None,
     verify: Annotated[
-        int | None, typer.Option(help="Runs that verify the result.  [default: 0]")
+        int | None, typer.Option(help="Number of runs that verify the result.  [default: 0]")
     ] = None,
     failed: Failed = "stop",
     **values: Any,
 ) -> None:
-    """Write the next points of the study in FILE, whose response is run elsewhere.
+    """Write the next points of the study in FILE whose response is run elsewhere.
 
-    They are in points.csv in the folder: the number of each point and all its inputs. `flexband
-    import-results` records their results; then this command writes the next points, with exit
-    status 4, or the bands, with exit status 0, once the method has all the runs that it needs.
+    points.csv in the folder has the number and all inputs of each point. `flexband import-results`
+    records their results. After that, this command writes the next points (exit status 4) or, once
+    the method has all the runs that it needs, the bands (exit status 0).
     """
     method_options = {name: value for name, value in values.items() if value is not None}
     with usage():
@@ -63,8 +63,8 @@ def import_results(
 ) -> None:
     """Record the results of points that were run elsewhere.
 
-    RESULTS has the number of each point, and a column for every output, such as force or
-    force[time=0.5]. A run whose cells are empty has failed; a column "reason" may tell why.
+    RESULTS has the number of each point and one column per output, such as force or
+    force[time=0.5]. Empty cells mark a failed run; a column "reason" may say why.
     """
     plan = plan_in(folder, trust=trust)
     study = plan.study()
@@ -90,7 +90,7 @@ def import_results(
     earlier_runs = (
         f"; {len(point_results) - new} were recorded before" if new < len(point_results) else ""
     )
-    print_text(f"{text}{earlier_runs}. `flexband resume {folder}` goes on")
+    print_text(f"{text}{earlier_runs}. `flexband resume {folder}` continues")
 
 
 def response_elsewhere(study: Study) -> Any:

@@ -67,7 +67,7 @@ class Vibration(NamedTuple):
     output: int
     frequency: float  # [Hz]
     lag: float  # phase [rad] at the end
-    error: float  # root mean square of the output, in parts of its standard deviation
+    error: float  # root mean square of the output, relative to its standard deviation
     recommended: float  # steps per period with which the error would be the `target_error`
 
 

@@ -147,6 +147,6 @@ def fold_advice(
     element_count = int(np.ceil(body.elements * turns[m, sample] / 0.6 / 10) * 10)
     return (
         f"An element of {name!r} is folded by {turns[m, sample]:.2g} rad, which shorter steps do "
-        f"not mend: give it more than its {number_of(body.elements, 'element')}, "
+        f"not prevent: give it more than its {number_of(body.elements, 'element')}, "
         f"such as {element_count}"
     )

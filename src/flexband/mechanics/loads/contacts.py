@@ -105,9 +105,9 @@ class Contact(ContactLoad):
     Raises
     ------
     InputError
-        If both points are of one body, the geometry or the law is none, the second point is of a
-        flexible member and the geometry needs a rigid body there, or friction is asked for on a
-        line with ends.
+        If both points are of one body, the geometry or the law is of another type, the second point
+        is of a flexible member and the geometry needs a rigid body there, or friction is asked for
+        on a line with ends.
     """
 
     first: PointName

@@ -19,8 +19,8 @@ from flexband.mechanics.sensors.sensor_extremes import OfSensor
 class Average(OfSensor):
     """The mean over a window of time of each output of a sensor, at every step that is taken.
 
-    A force that rings at frequencies which no affordable step resolves has a mean that converges:
-    over a window of many periods, the ringing cancels.
+    A force that vibrates at frequencies which no affordable step resolves has a mean that
+    converges: over a window of many periods, the vibration cancels.
 
     Parameters
     ----------

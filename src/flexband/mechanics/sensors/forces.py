@@ -144,7 +144,7 @@ class LawForce(Sensor):
     Raises
     ------
     InputError
-        If the load is none of these.
+        If the load is not one of these.
     """
 
     load: str

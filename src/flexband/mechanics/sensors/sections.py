@@ -182,7 +182,7 @@ class Stress(Strain):
 
     A study that chooses step and elements judges the components together, by the width of the
     widest one. The bands of "_yy" of a slender beam, and often those of "_xy", are therefore wrong
-    by far more than the tolerance in parts of their own widths, as the table of results tells. Of a
+    by far more than the tolerance relative to their own widths, as the table of results tells. Of a
     beam without an `integration`, "_xx" is N/A − M y/I with the `SectionForces`, for a section of
     the area A and the second moment of area I. In an arc it is Winkler's
     (N + κ₀M)/A − M y/(Z (1 − κ₀y)) with Z = ∫y²/(1 − κ₀y) dA.

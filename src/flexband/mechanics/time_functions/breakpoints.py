@@ -74,7 +74,7 @@ class BreakpointSearch:
     """The same, if it is called for each."""
     points_at_once: int = 2**20  # the most numbers that a function is asked for in one call
     min_change: float = 1e-3
-    """Smallest second difference over two points that is looked at, in parts of the function's
+    """Smallest second difference over two points that is looked at, relative to the function's
     scale."""
     prominence: float = 4.0
     """Such a difference over the median of its neighbours; it is at most 2 near an inflection."""

@@ -41,7 +41,7 @@ class Breaks(NamedTuple):
 class Schedule:
     """The rounds of a run, arrays of shape (rounds, n), or (rounds, 1) if samples share them."""
 
-    # lengths in parts of the step, or `IMPULSE` or `RESTART`. A sample with fewer rounds than
+    # lengths relative to the step, or `IMPULSE` or `RESTART`. A sample with fewer rounds than
     # others restarts at the end until they have finished.
     parts: np.ndarray
     numbers: np.ndarray  # which time of the run each round belongs to or leads to

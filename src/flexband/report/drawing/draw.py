@@ -131,5 +131,5 @@ class MatplotlibSurface:
 
 
 def _dashes(style: Line) -> str | tuple[int, list[float]]:
-    """Return the dashes of a line as Matplotlib takes them, in parts of its width."""
+    """Return the dashes of a line as Matplotlib takes them, relative to its width."""
     return (0, [length / style.width for length in style.dash]) if style.dash else "-"

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.labelled_answers import AnswerRecord
+from flexband.analysis.limits.least_margin import LimitVerdict
 from flexband.analysis.limits.limit_verdicts import LimitCheck
 from flexband.analysis.probability.texts import bound_text, share_and_interval, verdict_on
 from flexband.basics.files import read_unlinked
@@ -44,15 +45,15 @@ class Answer(NamedTuple):
 
 
 def answers_in(folder: Path, display: Display) -> tuple[list[Answer], LimitCheck | None]:
-    """Return the valid answers in a folder, in display units, and whether limits are kept."""
+    """Return the valid answers in a folder, in display units, and whether requirements are met."""
     likely = (
-        "Below: how likely each limit is left at a time, for the worst values of the interval "
-        "inputs"
+        "Below: the probability of violating each limit at a time, for the worst values of the "
+        "interval inputs"
     )
     margins = (
-        "How far {} stays inside each limit, for all values of the interval inputs: the limit is "
-        "kept where this margin is above zero. A least margin that is too small to be seen beside "
-        "the others is drawn again from close by, with dots at the output times"
+        "Margin of {} to each limit, for all values of the interval inputs: the requirement is met "
+        "where it is above zero. A least margin too small to be seen beside the others is drawn "
+        "again, enlarged, with dots at the output times"
     )
     usable, unusable = read_answers(folder, (*TITLES, "limits", "probability", "yield"))
     display_answers = {k: display.data(answer) for k, answer in usable.items() if k != "parts"}
@@ -65,9 +66,9 @@ def answers_in(folder: Path, display: Display) -> tuple[list[Answer], LimitCheck
     if limits is not None and (
         pictures := _pictures(folder, "limits", ". ".join(sentences).strip())
     ):
-        answers.insert(0, Answer("Limits over time", None, [], pictures))
+        answers.insert(0, Answer("Margins over time", None, [], pictures))
     texts = [
-        f"Answers {reason.value} are left out: {', '.join(names)}. Ask again."
+        f"Answers {reason.value} are not shown: {', '.join(names)}. Ask again."
         for reason in Unusable
         if (names := [name for name, why in unusable.items() if why == reason])
     ]
@@ -104,17 +105,17 @@ def _caption(name: str, answer: xr.Dataset) -> str:
     """Return what the picture of an answer shows, and what it was computed from."""
     # Of the pictures of answers
     captions = {
-        "allocation": "Above: each tolerance as a part of the largest one that is allowed. Below: "
-        "the margins of the limits that these tolerances leave; a limit is kept where its margin "
-        "is above zero. Margins too small to be seen are drawn again from close by",
-        "sobol": "Part of the variance that each random input takes part in: the lowest and the "
-        "highest for all values of the interval inputs",
+        "allocation": "Above: each tolerance as a fraction of the largest one allowed. Below: the "
+        "margins to the limits with these tolerances; a requirement is met where its margin is "
+        "above zero. Margins too small to be seen are drawn again, enlarged",
+        "sobol": "Fraction of the variance in which each random input takes part: the lowest and "
+        "the highest for all values of the interval inputs",
         "quantiles": "Lowest and highest quantiles of each output for all values of the interval "
         "inputs; the legend names their probabilities",
         "p_box": "Probability{} up to the one on the axis: the lowest and the highest for all "
         "values of the interval inputs",
         "range": "Lowest and highest values of each output for all values of the interval inputs "
-        "and the stated part of the random ones",
+        "and the stated share of the random ones",
         "derived": "Error bar of the quantity: the lowest μ − kσ and the highest μ + kσ for all "
         "values of the interval inputs",
     }
@@ -162,17 +163,17 @@ def allocation_table(allocation: xr.Dataset) -> Table:
 
 
 def margins_left(allocation: xr.Dataset) -> str:
-    """Return the least margins that allocated tolerances leave to requirements."""
+    """Return the least margins of requirements with allocated tolerances."""
     names = allocation["limit"].values
     slack = allocation["slack"].values
     units = allocation["unit"].values if "unit" in allocation.coords else ""
     units = np.broadcast_to(units, len(names))
     scale = float(abs(allocation["margin"]).max())
     margins = [
-        f"{name}, by {number(margin, scale=scale)} {unit}".rstrip()
+        f"{name}, {number(margin, scale=scale)} {unit}".rstrip()
         for name, margin, unit in zip(names, slack, units, strict=True)
     ]
-    return f"These tolerances keep: {'; '.join(margins)}."
+    return f"With these tolerances the margins are: {'; '.join(margins)}."
 
 
 def derived_table(bands: xr.Dataset) -> Table:
@@ -197,8 +198,8 @@ def limits_table(
     probability: xr.Dataset | None = None,
     production: xr.Dataset | None = None,
 ) -> Table:
-    """Return one row per limit: worst case, probability of leaving it, and yield."""
-    header = ["limit", "worst case", "least margin", "its expected error"]
+    """Return one row per requirement: worst case, probability of violating it, and yield."""
+    header = ["requirement", "worst case", "least margin", "its expected error"]
     all_limits: Any = next(r for r in (probability, production, margins) if r is not None)
     if probability is not None:
         header += ["probability, lower (95 % confidence)", "upper"]
@@ -209,7 +210,11 @@ def limits_table(
             limit = margins.isel(limit=k)
             unit = f" {limit['unit'].values}" if str(limit.coords.get("unit", "")) else ""
             margin = number(limit["least_margin"]), number(limit["least_margin_error"], 2)
-            row = [name, str(limit["verdict"].values), *(f"{text}{unit}" for text in margin)]
+            row = [
+                name,
+                LimitVerdict(str(limit["verdict"].values)).word,
+                *(f"{text}{unit}" for text in margin),
+            ]
         if probability is not None:
             row += [bound_text(probability.isel(limit=k, bound=b)) for b in range(2)]
         if production is not None:
@@ -220,7 +225,7 @@ def limits_table(
 
 
 def limit_remarks(probability: xr.Dataset | None) -> list[str]:
-    """Return with which inputs probabilities of leaving limits are reached."""
+    """Return with which inputs probabilities of violating limits are reached."""
     return [] if probability is None else [verdict_on(probability)]
 
 

@@ -16,14 +16,14 @@ def definitions(
 ) -> list[tuple[str, str]]:
     """Return every term of the report with its meaning; `inputs` is their table."""
     chances = {
-        "probability": "how likely the limit is left at any time of the motion, over the random "
-        "inputs; the lower and the upper one are over all values of the interval inputs",
-        "95 % confidence": "the interval that holds a probability, which is found by samples of "
-        "the surrogate; what the surrogate misses is not in it",
+        "probability": "probability of violating the limit at any time of the motion, over the "
+        "random inputs; its lowest and highest values are over all values of the interval inputs",
+        "95 % confidence": "confidence interval of a probability that is estimated by sampling the "
+        "surrogate; it does not include the error of the surrogate",
     }
     margin = (
-        "how far μ ± {} stays inside a limit, for all values of the interval inputs; below zero "
-        "it is left. Between the output times it may be less"
+        "distance of μ ± {} from the limit, for all values of the interval inputs; below zero the "
+        "limit is violated. It may be smaller between the output times"
     )
     moments = {
         "μ and σ": "mean and standard deviation over the random inputs, at values of the interval "
@@ -34,18 +34,18 @@ def definitions(
         ("constant", "interval", "interval field", "size", "compensator", "choice")
     )
     terms = {
-        "nominal": "the response with every interval at its midpoint and every random input at its "
-        "mean; at its median if it is a LogNormal or has heavy tails",
-        "expected error": "the estimated accuracy of the ends of an error bar; in per cent: "
-        "in parts of the width of the bar, over time in parts of its mean; below a chart: at the "
-        "cursor; in what if and in ranges: the largest. It is found by runs that were not fitted, "
-        "and by runs with half the step and twice the elements",
+        "nominal": "response with every interval at its midpoint and every random input at its "
+        "mean, or at its median if it is a LogNormal or has heavy tails",
+        "expected error": "estimated error of the ends of an error bar. Percentages are relative "
+        "to the width of the bar, or to its mean width over time. Below a chart it is the error at "
+        "the cursor; in what if and in ranges, the largest. It is estimated by runs that were not "
+        "fitted, and by runs with half the step and twice the elements",
         "confirmed": "whether verification runs, most of them at the worst tolerances, agree with "
-        "the expected error, as far as so few can tell",
-        "matters": "by how much the error bar is narrower with the input at its nominal value, as "
-        "a part of its width, over time as a part of its mean width",
-        "interval": "all that is known of the input is that it is between two numbers",
-        "random field": "a property that is random and varies with the position",
+        "the expected error; they are few, so rare effects may remain undetected",
+        "matters": "how much narrower the error bar is with the input at its nominal value, "
+        "relative to its width, or to its mean width over time",
+        "interval": "an input of which only a lower and an upper bound are known",
+        "random field": "a random property that varies with the position",
     }
     pairs = (text.split(": ", 1) for text in bounds(bands).values())
     kinds = {row[1] for row in inputs[1]}

@@ -84,7 +84,7 @@ def errors(
     Raises
     ------
     InputError
-        If `results` are none of `compare`, or have no such output or variable.
+        If `results` are not those of `compare`, or have no such output or variable.
     """
     markers = "osD^v<>"
     if not isinstance(results, list | tuple) or not all(isinstance(r, Comparison) for r in results):

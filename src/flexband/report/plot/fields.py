@@ -31,7 +31,7 @@ def field(field: Field, name: str = "", *, along: str = "", ax: Axes | None = No
     Raises
     ------
     InputError
-        If `field` is none, or has no domain, or `along` is neither.
+        If `field` is not a field, or has no domain, or `along` is neither.
     """
     check_instance("field", field, Field, "a field")
     check_option("along", along, ALONG)

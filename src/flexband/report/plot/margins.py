@@ -31,7 +31,8 @@ def margins(found: xr.Dataset, *, closest: bool = False, ax: Axes | None = None)
 
     Parameters
     ----------
-    found : result of `check_limits` or `allocate`, whose limits `allocate` makes bind at points.
+    found : result of `check_requirements` or `allocate`, whose limits `allocate` makes bind at
+        points.
     closest : whether to draw only the surroundings of the least margin, on a scale at which it can
         be told from zero. Dots are the values at the output times.
     ax : axes to draw on, those of a new figure by default.
@@ -39,12 +40,12 @@ def margins(found: xr.Dataset, *, closest: bool = False, ax: Axes | None = None)
     Raises
     ------
     InputError
-        If `found` is no result of `check_limits` or `allocate`, `closest` is not True or False,
-        margins depend on more than one variable, or they depend on none and the surroundings of
-        the least one are to be drawn.
+        If `found` is no result of `check_requirements` or `allocate`, `closest` is not True or
+        False, margins depend on more than one variable, or they depend on none and the surroundings
+        of the least one are to be drawn.
     """
     closest = check_flag("closest", closest)
-    margin = variable_of("found", found, "margin", "check_limits or allocate")
+    margin = variable_of("found", found, "margin", "check_requirements or allocate")
     ax = axes_of(ax)
     values = margin.transpose("limit", ...).values
     each_limit(ax, margin, values)

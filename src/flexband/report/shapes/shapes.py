@@ -27,7 +27,7 @@ class LocalFrame:
     turn: int | None = None  # number of the direction of x, if it is a recorded one
     ends: tuple[int, int] | None = None  # numbers of two positions, if x points from one to another
     fixed: tuple[float, float] = (1.0, 0.0)  # the direction of x otherwise, in global axes
-    shares: bool = False  # whether what scales is in parts of the distance of the ends, not metres
+    shares: bool = False  # whether what scales is relative to the distance of the ends, not metres
 
     def axis(self, position: np.ndarray, direction: np.ndarray) -> np.ndarray:
         """Return a vector along x; its length is that of `ends`, if there are any."""

@@ -179,7 +179,7 @@ def spring(
 ) -> tuple[Stroke, float]:
     """Return a zigzag, a dashpot, both or an actuator, and how far [pt] it is to the left.
 
-    The frame is from end to end, in parts of the distance, at the start `length` [pt].
+    The frame is from end to end, relative to the distance, at the start `length` [pt].
     """
     actuator = [(-12, 0), (-12, 5), (12, 5), (12, -5), (-12, -5), (-12, 0), PEN_UP, (12, 0)]
     piston = [(-2, 0), (-2, 4), (-2, -4)]

@@ -40,7 +40,7 @@ def _of_expansion(attrs: Attributes) -> str:
 def _of_discretization(attrs: Attributes, remedy: str) -> str:
     if "halved" in attrs:
         return f"{_unmet(attrs)} NOT met by the discretization: {why_not_finer(attrs)}"
-    left_out = ", or leave out step and elements to have them chosen"
+    left_out = ", or omit step and elements to let flexband choose them"
     return (
         "The discretization is coarse: a finer one would move the bands by more than the "
         f"tolerance; give {remedy}{left_out * ('step' in attrs['refined'])}"
@@ -50,22 +50,22 @@ def _of_discretization(attrs: Attributes, remedy: str) -> str:
 def _ringing_text(attrs: Attributes) -> str:
     worst = of_attributes(attrs)[0]
     return (
-        f"{worst.output or 'The response'} rings at {worst.frequency:.3g} Hz from the start, by up "
-        f"to {percent(worst.share)} of the band's width"
+        f"{worst.output or 'The response'} vibrates at {worst.frequency:.3g} Hz from the start, by "
+        f"up to {percent(worst.share)} of the band's width"
     )
 
 
 def _of_start(attrs: Attributes) -> str:
     return (
-        f"{_unmet(attrs)} NOT met: {_ringing_text(attrs)}; start softly (fb.ramp for drives, "
-        "start='static' or start='periodic'), or require nothing before it has decayed"
+        f"{_unmet(attrs)} NOT met: {_ringing_text(attrs)}; start smoothly (fb.ramp for drives, "
+        "start='static' or start='periodic'), or let requirements begin after it has decayed"
     )
 
 
 def _of_failures(attrs: Attributes) -> str:
     failed = BandRecord.read(attrs).runs_failed
     lost = f"{number_of(failed, 'run')} failed" if failed else "Finer runs fail"
-    return f"{lost}: mend the model there, or narrow the ranges; `flexband status` lists why"
+    return f"{lost}: correct the model there, or narrow the ranges; `flexband status` says why"
 
 
 def _of_sigmas(attrs: Attributes) -> str:
@@ -75,8 +75,8 @@ def _of_sigmas(attrs: Attributes) -> str:
 
 def _of_rare_effects(attrs: Attributes) -> str:
     return (
-        "Verification runs meet an effect that the other runs missed: study the ranges where it is "
-        "on their own, or take a method that needs no smoothness (--method lhs-scanning)"
+        "Verification runs found an effect that the other runs missed: study the ranges where it "
+        "occurs separately, or use a method that needs no smoothness (--method lhs-scanning)"
     )
 
 

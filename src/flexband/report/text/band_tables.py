@@ -52,8 +52,8 @@ def summary_table(bands: xr.Dataset, verification: xr.Dataset | None = None) -> 
     """Return one row per output: its bands over all times, and the largest width of its error bar.
 
     Their ends have so many digits that they are told apart from a limit which is near. The next
-    column is the expected error in parts of the width, both as means over time, or, for PCCI
-    methods, the largest truncation indicator in parts of the largest width; the last one is whether
+    column is the expected error relative to the width, both as means over time, or, for PCCI
+    methods, the largest truncation indicator relative to the largest width; the last one is whether
     verification runs confirm it. Of an output that is constant there is none of these.
     """
     bar = f"error bar μ ± {deviations(bands)}"
@@ -141,8 +141,8 @@ def constants(bands: xr.Dataset) -> list[str]:
 
 
 def expected_errors(bands: xr.Dataset) -> dict[str, float]:
-    """Return expected errors of outputs in parts of the widths, means over time; or nothing."""
-    # Factor between an error in parts of an output's own width and of that it is judged by,
+    """Return expected errors of outputs relative to the widths, means over time; or nothing."""
+    # Factor between an error relative to an output's own width and of that it is judged by,
     # beyond which the former is told. Where both widths are the output's, they differ by a
     # little, since the latter is found at fewer times
     min_ratio = 1.25
@@ -163,7 +163,7 @@ def expected_errors(bands: xr.Dataset) -> dict[str, float]:
 def judged_errors(bands: xr.Dataset) -> dict[str, float]:
     """Return the expected errors of outputs as the method judges them; or nothing.
 
-    Those of components of a tensor, and of far smaller ones of a vector, are in parts of the width
+    Those of components of a tensor, and of far smaller ones of a vector, are relative to the width
     of the largest one.
     """
     bar = bands["error_bar"].transpose("bound", ...)
@@ -178,7 +178,7 @@ def judged_errors(bands: xr.Dataset) -> dict[str, float]:
 def worst_time(bands: xr.Dataset) -> str:
     """Return how far an error bar may be off at the worst time, with output and time, in words.
 
-    It is in parts of the width by which the method judges the output, mean over time.
+    It is relative to the width by which the method judges the output, mean over time.
     """
     axes = axes_of(bands["error_bar"].transpose("bound", ...))
     shares = judged_errors(bands)
@@ -294,9 +294,9 @@ def remarks(bands: xr.Dataset, verification: xr.Dataset | None = None) -> list[s
             lines.append(f"Discretization: {record.discretization}{origin}")
         if record.small_components:
             lines.append(
-                f"{record.small_components}: the tolerance is judged in parts of the error bar "
-                "of another component of the same tensor or vector, which is wider; the table "
-                "has errors in parts of its own width"
+                f"{record.small_components}: the tolerance is relative to the wider error bar "
+                "of another component of the same tensor or vector; errors in the table are "
+                "relative to its own width"
             )
         if record.same_counts:
             of_all = percent(unseen_share(record.runs_fitted + checks))

@@ -26,7 +26,7 @@ def horizon_line(parts: xr.Dataset, max_outputs: int = 3) -> str:
     return (
         "Impacts make the motion of a single part unpredictable: "
         f"{', '.join(ends[:max_outputs])}{remainder}. "
-        f"Bands hold until then at most; {samples} tell how peaks and counts are distributed."
+        f"Bands hold until then at most; {samples} show how peaks and counts are distributed."
     )
 
 

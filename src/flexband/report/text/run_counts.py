@@ -43,7 +43,7 @@ def run_purposes(
     parts = [f"{count} {words}" for count, words in counts if count]
     text = f"{record.runs + total}" + (f": {', '.join(parts)}" if parts else "")
     if record.runs_coarser or record.runs_refined:
-        text += ". The budget, max_runs, is for those on one discretization that fit and check"
+        text += ". max_runs limits the runs that are fitted or check the fit on one discretization"
     return text
 
 

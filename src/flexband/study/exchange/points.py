@@ -81,7 +81,7 @@ class RequestedPoints:
         wrong = [k for k in numbers if not 1 <= k <= len(self.asked)]
         if wrong:
             raise InputError(
-                f"{file}: number must be that of a point which was asked for, 1 to "
+                f"{file}: number must be that of an exported point, 1 to "
                 f"{len(self.asked)}; got {wrong[0]}"
             )
         if len(set(numbers)) < len(numbers):

@@ -32,10 +32,10 @@ def surrogate_of(
     units: Mapping[str, str] | None = None,
     seed: int = 0,
 ) -> Surrogate | SurrogateOfChoices:
-    """Return the surrogate of runs that exist, which were computed or measured elsewhere.
+    """Return a surrogate of existing runs, which were computed or measured elsewhere.
 
-    Terms are chosen by sparse regression, for ringing outputs those of phases and envelopes. From
-    16 different rows on, cross-validation judges the surrogate as held-out runs judge others: terms
+    Terms are chosen by sparse regression, for vibrating outputs those of phases and envelopes. From
+    16 different rows on, cross-validation judges the surrogate as check runs judge others: terms
     are chosen again in every fold, and equal inputs are in one fold. Rows that are denser in a part
     of the inputs count less there. Outputs of equal inputs that differ are noise, of which the mean
     is taken; ``attrs["noise"]`` tells its standard deviation.

@@ -93,7 +93,8 @@ class Display:
         display_requirements = []
         units = names_and_units(labels)
         for requirement in requirements:
-            name = requirement.output or ONLY_OUTPUT
+            named = requirement.name if requirement.name in units else ONLY_OUTPUT
+            name = requirement.output or named
             output_unit = name in self.display_units and units.get(name)
             display_requirements.append(
                 requirement.in_unit(self.display_units[name], output_unit)

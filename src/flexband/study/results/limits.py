@@ -11,7 +11,7 @@ import xarray as xr
 from flexband.analysis.allocation.adjustment import compensators
 from flexband.analysis.limits.least_margin import MarginRecord
 from flexband.analysis.limits.limit_verdicts import LimitCheck
-from flexband.analysis.limits.margins import check_limits
+from flexband.analysis.limits.margins import check_requirements
 from flexband.analysis.limits.production import production_of
 from flexband.analysis.probability.failure import RUNS, limit_probabilities
 from flexband.analysis.selection import AnySurrogate, surrogates_of
@@ -57,7 +57,7 @@ def _deciding_arguments(
     return {**judge, "decided": dict.fromkeys(names, RUNS)} if names and judge else {}
 
 
-def check_limits_in(
+def check_requirements_in(
     folder: Path,
     surrogate: AnySurrogate,
     limits: Sequence[Requirement],
@@ -77,7 +77,7 @@ def check_limits_in(
     them; `production` is the yield, if it is known from sampled parts. `judge` has the response,
     store and executor of runs that decide about probabilities and shares that are required.
     """
-    margins = run_margin(check_limits(surrogate, limits, sigmas=sigmas))
+    margins = run_margin(check_requirements(surrogate, limits, sigmas=sigmas))
     probability = None
     spaces = [case.space for case in surrogates_of(surrogate).values()]
     written = of_study or not has_limits_of_study(folder)

@@ -25,7 +25,7 @@ class Doubt:
     Attributes
     ----------
     kind : what is doubtful.
-    error : in parts of the bar's width: expected, if it is TOLERANCE_NOT_MET; inferred from
+    error : relative to the bar's width: expected, if it is TOLERANCE_NOT_MET; inferred from
         verification runs, if it is INACCURATE.
     target : the tolerance that is not met.
     """

@@ -218,7 +218,7 @@ def _read(folder: Path, record: Mapping[str, Any]) -> StudyResult:
         production = answers.usable["yield"] if "yield" in record["answers"] else None
         limits = LimitCheck(answers.usable["limits"], probability, True, production)
         if MarginRecord.read(limits.margins).of != OF_STUDY:
-            raise InputError("the limits are not those of the study")
+            raise InputError("the requirements are not those of the study")
     saved = FileName.SURROGATE in files
     return StudyResult(
         folder=folder,

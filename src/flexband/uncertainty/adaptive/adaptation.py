@@ -1,4 +1,4 @@
-"""The course of the adaptive method: fit, judge by held-out runs, extend, until it is enough."""
+"""The course of the adaptive method: fit, judge by check runs, extend, until it is enough."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ class Adaptation:
         families = space.families
         discs = space.discs
         spare = budget - fewest_fitted(m + len(families))
-        # number of held-out runs at generic points; the others are at extremes
+        # number of check runs at generic points; the others are at extremes
         self.generic = min(BATCH, max(MIN_HELD, spare // 2))
         self.design = first_design(
             m, families, budget - self.generic, options.max_interpolated, discs
@@ -180,7 +180,7 @@ class Adaptation:
             confirmed = True
 
     def _relative(self, width: np.ndarray) -> float:
-        """Return the largest error of the outputs that count, in parts of a width."""
+        """Return the largest error of the outputs that count, relative to a width."""
         return self.error.relative(self.error.values, np.where(self.counted, width, np.inf))
 
     @property
@@ -190,7 +190,7 @@ class Adaptation:
 
     @property
     def holdout(self) -> ResponseRuns:
-        """The held-out runs."""
+        """The check runs."""
         return self.made.holdout
 
     @property

@@ -162,11 +162,11 @@ def advice(course: Adaptation, stopped: StopReason) -> str:
         return (
             f"more runs hardly help, since the highest order is in use{where}. Where the response "
             "jumps or has a corner, LHSScanning, SobolScanning or MonteCarlo (--method "
-            "lhs-scanning) need no smoothness; or leave out the outputs that converge too slowly"
+            "lhs-scanning) need no smoothness; or omit the outputs that converge too slowly"
         )
     sampled = course.space.advice_on_fields if course.design.sampled else ""
     return (
-        "allow more runs (max_runs, or --max-runs) or leave out the outputs that converge too "
+        "allow more runs (max_runs, or --max-runs), or omit the outputs that converge too "
         f"slowly{sampled}"
     )
 
@@ -182,7 +182,7 @@ def what_helps(attrs: Mapping[str, Any]) -> str:
         return f"{attrs['advice']}. The largest prediction error is {attrs['largest_miss']}"
     worst = max(attrs["refined"], key=lambda name: attrs[f"{name}_error"])
     helps = f"give a finer {worst}"
-    helps += ", or leave it out to have it chosen" if "step" in attrs["refined"] else ""
+    helps += ", or omit it to let flexband choose it" if "step" in attrs["refined"] else ""
     if "halved" in attrs:
         helps = why_not_finer(attrs)
     return f"most of it is due to {worst}; {helps}"
@@ -212,7 +212,7 @@ def _variables(space: Space) -> list[str]:
 
 
 def _largest_miss(course: Adaptation) -> str:
-    """Return in words which held-out run is missed by the most, and which input is the hardest."""
+    """Return in words which check run is missed by the most, and which input is the hardest."""
     missed = course.choice.missed
     width = course.error.width[:, None]
     run = int(np.argmax([np.max(np.abs(errors) / width) for errors in missed]))

@@ -35,9 +35,9 @@ def release(fits: list[PartsFit]) -> Iterator[PartsFit]:
 
 
 class BestHeldOutFit(NamedTuple):
-    """The fit that misses least in the held-out runs."""
+    """The fit that misses least in the check runs."""
 
-    missed: np.ndarray  # of held-out runs and of those fitted later, root mean square, (outputs,)
+    missed: np.ndarray  # of check runs and of those fitted later, root mean square, (outputs,)
     overshoot: np.ndarray  # root mean square, (outputs,)
     values: RareValues  # at which it leaves the range of the runs by most
     taken: bool  # whether it is the choice for all outputs
@@ -47,7 +47,7 @@ class BestFits(NamedTuple):
     """The best fit of every output."""
 
     fits: list[PartsFit]  # each of the outputs for which it is the best
-    missed: np.ndarray  # what is missed of held-out runs, shape (runs, outputs, times)
+    missed: np.ndarray  # what is missed of check runs, shape (runs, outputs, times)
     later: np.ndarray  # and of runs that were fitted later, root mean square, (outputs, times)
     overshoot: np.ndarray  # of the fits, shape (outputs, times)
     doubted: BestHeldOutFit  # what grows at rare values, though it misses least
@@ -72,7 +72,7 @@ class BestFits(NamedTuple):
         Parameters
         ----------
         fits : the earlier ones, each of other outputs, and then new ones of all outputs.
-        generic : number of held-out runs at generic points; the others are at extremes.
+        generic : number of check runs at generic points; the others are at extremes.
         rare : runs at rare values.
         weights : of fitted runs; needed if a fit is of only the first of them.
         earlier_fits : number of earlier fits.

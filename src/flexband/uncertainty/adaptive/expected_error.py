@@ -1,4 +1,4 @@
-"""The error that is expected of bands: what their expansion misses in held-out runs."""
+"""The error that is expected of bands: what their expansion misses in check runs."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class ExpectedError:
     def slopes(self, families: Sequence[Family]) -> np.ndarray:
         """Return half of how outputs differ one standard deviation to both sides of a median.
 
-        The shape is (n, outputs × times), in parts of the error bar's width.
+        The shape is (n, outputs × times), relative to the error bar's width.
         """
         n = len(families)
         m = self.extremes[0].places.shape[-1]
@@ -149,7 +149,7 @@ class ExpectedError:
         return width <= ROUNDING * size + 1e-300
 
     def relative(self, error: np.ndarray, width: np.ndarray | None = None) -> float:
-        """Return the largest mean over time of errors (…, outputs, times) in parts of the width."""
+        """Return the largest mean over time of errors (…, outputs, times) relative to the width."""
         return float((error.mean(axis=-1) / (self.width if width is None else width)).max())
 
     def of_outputs(self, error: np.ndarray) -> np.ndarray:
@@ -170,7 +170,7 @@ class ExpectedError:
 
         Parameters
         ----------
-        generic : number of held-out runs at generic points, which are the first.
+        generic : number of check runs at generic points, which are the first.
         F : all runs, shape (runs, outputs, times), at steps of dt.
         m : number of interval variables.
         units : of the outputs.

@@ -35,7 +35,7 @@ class Split(NamedTuple):
 
     stages: list[Stage]  # all runs, those of the design first, at `compared_times`
     outputs: list[np.ndarray]  # that each stage stands for
-    holdout: ResponseRuns  # the held-out runs, which are the last
+    holdout: ResponseRuns  # the check runs, which are the last
 
     @staticmethod
     def from_stages(
@@ -168,7 +168,7 @@ class PartsFit(NamedTuple):
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the mean square of how far it is outside, and the share of each value in it.
 
-        Shapes are (outputs, times), and (points,): the mean over outputs in parts of their ranges.
+        Shapes are (outputs, times), and (points,): the mean over outputs relative to their ranges.
         """
         values = runs.values[:, self.outputs]
         low = values.min(axis=0)

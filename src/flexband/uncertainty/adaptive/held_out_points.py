@@ -1,4 +1,4 @@
-"""Held-out runs: they are never fitted, so what an expansion misses in them is its error.
+"""Check runs: they are never fitted, so what an expansion misses in them is its error.
 
 Generic points lie on no coordinate of the nested sequences, so nothing that these alias is hidden
 from them. Points at the extremes of an expansion lie where its bounds are attained.
@@ -49,7 +49,7 @@ def extreme_places(
     ----------
     extremes : bounds of μ, μ − σ and μ + σ at some times.
     reached : lowest μ − σ and highest μ + σ at places that were run, shape (2, outputs, times).
-    tolerance : for `reached`, in parts of the error bar's width.
+    tolerance : for `reached`, relative to the error bar's width.
     min_distance : places that are nearer to each other than this, in units of η, are run once.
     """
     # Leave out bounds that are reached at places that were run; sort the others by width.

@@ -29,35 +29,34 @@ from flexband.uncertainty.surrogates.verification_verdict import in_percent
 
 @frozen()
 class AdaptivePCCI(ExpansionMethod):
-    """A sparse hybrid expansion that finds its orders by itself, and is judged by held-out runs.
+    """A sparse hybrid expansion that finds its orders by itself, and is judged by check runs.
 
     Every term of the expansion has one run, at a point of nested sequences that contain the ends of
     the intervals (the paper's improvement, Eq. (19), carried over). Eight further runs at generic
-    points are never fitted: what the expansion misses of them is its error. After each batch of
-    runs the terms come next that are expected to add most, or that explain most of what is missed.
-    It stops where the error expected of interval mean and error bar, in parts of the error bar's
-    mean width, is below the tolerance for every output, also in eight runs where the
-    bounds are attained.
-    Ringing responses are split as by `PhaseResolvedPCCI`. See docs/explanation/phase.md.
+    points are never fitted: they tell the error of the expansion. Each further batch of runs adds
+    the terms that are expected to matter most, or that explain most of this error. The method stops
+    when the expected error of interval mean and error bar, relative to the error bar's mean width,
+    is below the tolerance for every output, also in eight runs where the bounds are attained.
+    Vibrating responses are split as by `PhaseResolvedPCCI`. See docs/explanation/phase.md.
 
     With many variables, as those of a random field, where that would start with more than 48 runs
     or more than the budget, few terms out of all are found by sparse regression, from 16 runs on.
 
     Parameters
     ----------
-    tolerance : error of the bands to stop at, in parts of the mean width of the error bar. Of a
-        response whose step or elements are left out, it is the whole error, half of it that of the
-        discretization, and both are halved until that is met. Where they are given, their error is
-        estimated, but not lowered. Components of a tensor, as the stresses at a point, are judged
-        in parts of the width of the widest one; so is a component of a vector whose error bar is
+    tolerance : error of the bands to stop at, relative to the mean width of the error bar. If the
+        step or the elements of the response are left open, it is the total error: half of it is for
+        the discretization, which is refined until that is met. Given ones keep their error, which
+        is estimated. Components of a tensor, as the stresses at a point, are judged
+        relative to the width of the widest one; so is a component of a vector whose error bar is
         narrower than 10⁻⁴ of that of another one.
-    max_runs : budget of runs that are fitted or held out, not of those on finer or coarser
+    max_runs : budget of runs that are fitted or check the fit, not of those on finer or coarser
         discretizations; it stops there, or where it has all terms up to order 20 of intervals and 8
         of random variables, and says which error it expects.
-    phase_resolved : whether to look for carriers; without, and with a `Play`, values at fixed times
-        are expanded.
-    correct : whether the error of step and elements is corrected where finer runs tell it; without,
-        it is only estimated.
+    phase_resolved : whether to look for vibration frequencies; without, and with a `Play`, values
+        at fixed times are expanded.
+    correct : whether the error of step and elements is corrected where finer runs show it; it is
+        only estimated otherwise.
 
     Raises
     ------
@@ -132,7 +131,7 @@ class AdaptivePCCI(ExpansionMethod):
 
         `mean_expected_error` and `error_bar_expected_error` have the response's dims, `carriers`
         `trusted` and `relative_expected_error` those before the last, `orders` the dim "variable".
-        The last is the error's mean over time, in parts of the error bar's mean width.
+        The last is the error's mean over time, relative to the error bar's mean width.
         ``attrs["expected_error"]`` is the largest of all outputs: the sum of
         ``attrs["expansion_error"]`` and ``attrs["discretization_error"]``, unless that is "not
         estimated", since the response must have `refinements()` or `refined()`. Both are variables
@@ -144,14 +143,14 @@ class AdaptivePCCI(ExpansionMethod):
         ``attrs["runs_refined"]`` on finer discretizations than that of the bands and
         ``attrs["runs_coarser"]`` on others that were tried, ``attrs["runs_repeated"]``, and those
         that found the domains of fields or looked for inputs without effect.
-        ``attrs["largest_miss"]`` names the held-out run that the expansion misses by the most,
+        ``attrs["largest_miss"]`` names the check run that the expansion misses by the most,
         ``attrs["stopped"]`` says why there were no more runs, ``attrs["stop_reason"]`` is
         tolerance-met, budget-used or orders-used, ``attrs["runs_generic"]`` how many
-        held-out runs are at generic points. ``attrs["unconverged_output"]`` names the outputs whose
+        check runs are at generic points. ``attrs["unconverged_output"]`` names the outputs whose
         error falls at no affordable discretization, with ``attrs["unconverged_frequency"]``,
         ``attrs["unconverged_remedies"]`` and more (`surrogates.unconverged`),
         ``attrs["not_refined"]`` tells why a finer one failed, and ``attrs["small_components"]`` the
-        first outputs whose error is in parts of the error bar of another component, and
+        first outputs whose error is relative to the error bar of another component, and
         ``attrs["same_counts"]`` those that count the same at all times in all runs.
         ``attrs["carrier_frequencies"]`` are in cycles a unit of time.
         """

@@ -1,8 +1,8 @@
 """Sparse interpolation: one run a term, at points of nested sequences.
 
 Further terms are those that are expected to add most, from how the terms so far decay, and those
-that explain what held-out runs miss: of a term whose lower terms all vanish at the points so far,
-as those of x³ do at 0 and ±√3, only held-out runs know.
+that explain what check runs miss: of a term whose lower terms all vanish at the points so far,
+as those of x³ do at 0 and ±√3, only check runs know.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ class NestedDesign:
     def extend(self, count: int, split: Split) -> NestedDesign:
         """Return the design with up to `count` further terms.
 
-        Up to half of them explain what held-out runs miss, the others are expected to be large.
+        Up to half of them explain what check runs miss, the others are expected to be large.
         """
         design_rows = slice(len(self))
         norms = self.norms[:, None, None]
@@ -149,7 +149,7 @@ class NestedDesign:
         return weights
 
     def _match_terms(self, split: Split, count: int) -> np.ndarray:
-        """Select at most `count` terms that explain the residuals of held-out runs.
+        """Select at most `count` terms that explain the residuals of check runs.
 
         Each of a further order is zero in the runs so far. They are taken by orthogonal matching,
         with the lower terms that they need, by how much they explain for each run.

@@ -26,7 +26,7 @@ class RareValueOptions(NamedTuple):
     distances: tuple[float, ...] = (3.0, 3.5, 4.0, 4.5, 5.0)
     sweeps: int = 3  # times that values of one variable are visited, at different η
     max_slopes: int = 2  # most directions of large slopes
-    min_slope: float = 0.1  # of one of them, in parts of the largest
+    min_slope: float = 0.1  # of one of them, relative to the largest
     # a value of a normal variable along a slope, and the least value for which it speaks: it is in
     # the middle between 3.5 and the outermost of eight samples. A run at 3.5 would count three
     # times as much if all of |z| > 2.5 missed as much as it does

@@ -31,7 +31,7 @@ class RefinementOptions(NamedTuple):
     # order of convergence, by which several halvings at once are chosen; that of what a correction
     # leaves is twice as high
     order: int = 2
-    resolved: float = 0.3  # error in parts of the bar's width below which this order is relied on
+    resolved: float = 0.3  # error relative to the bar's width below which this order is relied on
     # an error that falls by less in every one of two halvings does not converge; order two gives
     # 1/4
     fall_per_halving: float = 0.5**0.5
@@ -134,7 +134,7 @@ def _percent(part: float) -> str:
 class OutputErrors(NamedTuple):
     """Errors of outputs on a level."""
 
-    values: np.ndarray  # in parts of the error bar's width, (outputs,)
+    values: np.ndarray  # relative to the error bar's width, (outputs,)
     corrected: np.ndarray  # of which outputs they are what a correction leaves, (outputs,)
 
 
@@ -144,7 +144,7 @@ class Levels:
     def __init__(self, left_out: list[str], allowed: float, options: RefinementOptions):
         """Begin without levels of what is `left_out`, and so chosen.
 
-        The error that is `allowed` is in parts of the error bar's width.
+        The error that is `allowed` is relative to the error bar's width.
         """
         self.left_out = left_out
         self.allowed = allowed

@@ -65,10 +65,10 @@ def successful_runs(runs: ResponseRuns, essential_count: int) -> ResponseRuns:
     few = essential_count and holdout_mask.sum() < min(MIN_HELD, len(holdout_mask))
     if len(failed) or few:
         fitted = f"{len(failed)} of {number_of(essential_count, 'run')} that are fitted"
-        which = fitted if len(failed) else "most of the held-out runs"
+        which = fitted if len(failed) else "most of the runs that check the fit"
         raise RunError(
             f"AdaptivePCCI needs every run of its design; {which} failed. RegressionPCCI and the "
-            "scanning methods go on without them",
+            "scanning methods can do without them",
             dict.fromkeys(failed.tolist(), (0.0, "failed")),
         )
     return runs if finite_mask.all() else ResponseRuns(*(v[finite_mask] for v in runs))
@@ -104,7 +104,7 @@ class RunBuffer:
 
     @property
     def holdout(self) -> ResponseRuns:
-        """The held-out runs, which come after those of the design."""
+        """The check runs, which come after those of the design."""
         return self.memory.which(slice(self.fit_count, self.count))
 
     def fit(self, new: ResponseRuns) -> None:

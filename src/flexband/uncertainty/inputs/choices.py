@@ -159,9 +159,9 @@ class Sizing(Chosen):
 class Compensator(Chosen):
     """A number that is adjusted after assembly, such as the thickness of a shim.
 
-    `check_limits` and `allocate` adjust it once for all values of the interval inputs, for the
-    whole motion: limits are kept if one of its values keeps them. Bands of a surrogate are those
-    over all of them; ``surrogate.narrowed(name=…)`` has those of one.
+    `check_requirements` and `allocate` adjust it once for all values of the interval inputs, for
+    the whole motion: requirements are met if one of its values meets them. Bands of a surrogate are
+    those over all of them; ``surrogate.narrowed(name=…)`` has those of one.
 
     Raises
     ------

@@ -47,7 +47,7 @@ class Correlated:
     Raises
     ------
     InputError
-        If an input is an interval, a field or no distribution, or if there are no variables with
+        If an input is an interval, a field or not a distribution, or if there are no variables with
         these correlations.
 
     Examples
@@ -126,7 +126,7 @@ class Correlated:
 def _member(name: str, member: Distribution | FrozenDistribution) -> Distribution:
     """Return an input that can be correlated; raise `InputError` if it has no distribution."""
     label = f"Correlated input {name!r}"
-    allowed = "a random number with a distribution: nothing is known of how intervals go together"
+    allowed = "a random number with a distribution; intervals cannot be correlated"
     try:
         distribution = as_input(member)
     except InputError as error:

@@ -170,7 +170,9 @@ class RegressionPCCI(ExpansionMethod):
         error = np.maximum(error, np.maximum(min_error, unseen_steps(signal)))
         error = error.reshape(values.shape[1:])
         trusted = trust(
-            values, missed_part(missed, signal, units_of(values)), "its variation in left-out runs"
+            values,
+            missed_part(missed, signal, units_of(values)),
+            "its variation in runs that were not fitted",
         )
         dims = values.dims[1:]
         diagnostics = xr.Dataset(

@@ -120,7 +120,7 @@ class Method(ABC):
 
     @property
     def aimed_error(self) -> float | None:
-        """The error of the bands at which it stops, in parts of the error bar's width, or None."""
+        """The error of the bands at which it stops, relative to the error bar's width, or None."""
         return None
 
     @abstractmethod

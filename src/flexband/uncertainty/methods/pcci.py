@@ -73,7 +73,7 @@ class PCCI(ExpansionMethod):
         variable: one number for all, or a mapping from the name of each random or interval input to
         its order. The method takes Π (k+1) Π (q+1) runs.
     correct : whether the error of step and elements is corrected and the error of the bands
-        estimated, as by `AdaptivePCCI`. This takes 4 held-out runs, and for each of step and
+        estimated, as by `AdaptivePCCI`. This takes 4 check runs, and for each of step and
         elements that is refined as many runs on finer discretizations as there are variables of
         order 1 or more, and 4; one more if both are.
 
@@ -139,7 +139,7 @@ class PCCI(ExpansionMethod):
         """Return the surrogate, with `truncation`, an indicator of the error of the expansion.
 
         With `correct` it tells what is corrected, and the error of its bands, as `AdaptivePCCI`
-        does, with 4 held-out runs.
+        does, with 4 check runs.
         """
         random_orders, interval_orders = self.orders(space)
         nodes = [self.interval_nodes(q) for q in interval_orders]

@@ -88,8 +88,8 @@ class Scanning(Method):
             at = of_intervals(space, eta[few[0]])
             raise RunError(
                 f"fewer than {min(2, len(xi))} of {number_of(len(xi), 'run')} succeeded at "
-                f"{len(few)} of {number_of(len(eta), 'point')} of the scan, one of them {at}. Mend "
-                "the response there, or choose intervals without such points",
+                f"{len(few)} of {number_of(len(eta), 'point')} of the scan, one of them {at}. "
+                "Correct the response there, or choose intervals without such points",
                 {},
             )
         # The moments at each point of the scan, and the extremes over these points.

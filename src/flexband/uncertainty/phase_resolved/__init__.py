@@ -1,1 +1,1 @@
-"""Phases and envelopes with given orders, judged by held-out runs."""
+"""Phases and envelopes with given orders, judged by check runs."""

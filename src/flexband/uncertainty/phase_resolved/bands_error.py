@@ -1,7 +1,7 @@
 """The error that is expected of bands over a tensor product of runs: it vanishes at the nodes.
 
 What interpolation misses is Σ_v a_v w_v(x_v) to first order. The node polynomial w_v is zero at all
-nodes of a variable v, and has a mean square of one. Held-out runs, which lie between the nodes,
+nodes of a variable v, and has a mean square of one. Check runs, which lie between the nodes,
 tell the mean squares of the a_v. Bounds often rest on the ends of intervals, which are nodes, and
 the node polynomial of a random variable is orthogonal to all that is expanded, so that bands are
 often far more accurate than the expansion is at an arbitrary point. See docs/explanation/phase.md.
@@ -27,16 +27,16 @@ from flexband.uncertainty.surrogates.sigmas import growth
 
 
 class BandErrorOptions(NamedTuple):
-    """How the error between the nodes is judged by held-out runs."""
+    """How the error between the nodes is judged by check runs."""
 
     # least and largest error of μ and σ as a part of what is missed in a random variable, where
     # this is small: only polynomials above the first that is missed are not orthogonal at the nodes
     random_shares: tuple[float, float] = (0.1, 0.3)
     at_nodes: float = 0.03  # least w at the place of a bound: products of variables are missed, too
-    # least mean square of a variable's a in parts of the mean of all: few runs tell them apart
+    # least mean square of a variable's a relative to the mean of all: few runs tell them apart
     min_share: float = 0.1
     steps: int = 10  # towards the likeliest a
-    min_variance: float = 1e-9  # in parts of the mean one, that is as good as none
+    min_variance: float = 1e-9  # relative to the mean one, that is as good as none
     max_places: int = 256  # at which it is checked whether a bound could rest on them
 
 
@@ -86,7 +86,7 @@ class TensorDesign:
     ) -> np.ndarray:
         """Return the mean square of a_v of each variable, intervals first, (outputs, variables).
 
-        The likeliest ones are sought from equal ones on, if what is missed of a held-out run is
+        The likeliest ones are sought from equal ones on, if what is missed of a check run is
         normally distributed, with the variance Σ_v a_v² w_v²; as few steps as these do not separate
         what the runs cannot. What is missed has the shape (runs, outputs, times).
         """
@@ -121,7 +121,7 @@ def error_of_bands(
 ) -> np.ndarray:
     """Return the error expected of mean and error bar, shape (2, outputs, times).
 
-    It follows from the error of the expansion in held-out runs.
+    It follows from the error of the expansion in check runs.
     """
     intervals = len(design.nodes)
     random = len(design.families)
@@ -161,7 +161,7 @@ def error_of_bands(
 
 
 def largest_error(error: ExpectedError, m: int) -> np.ndarray:
-    """Return the error of μ ± σ anywhere that the worst of all held-out runs tells.
+    """Return the error of μ ± σ anywhere that the worst of all check runs tells.
 
     Its shape is (outputs, times). The mean square of few runs is often that of one alone: where it
     is far from all others, the mean is far too small. There are m interval variables.

@@ -55,8 +55,8 @@ def corrected_choice(
     )
     if "corrected" not in dataset.attrs:
         warn(
-            "correct=True corrects nothing: no more than a quarter of the error of step and "
-            "elements must be left in held-out runs; it is estimated"
+            "correct=True corrects nothing: in check runs, a correction must remove at least three "
+            "quarters of the error of step and elements. The error is estimated instead"
         )
     if {"pointwise_error", "error_bar_discretization_error"} <= {*diagnostics, *dataset}:
         discretization_error = AT_ONE_TIME * dataset["error_bar_discretization_error"]

@@ -46,7 +46,7 @@ def corrected_expansion(
     check_no_play(space, "correct=True")
     holdout = evaluate_runs(evaluate, *generic_points(0, HELD, m, families))
     if len(holdout.values) < MIN_HELD:
-        raise RunError("most of the runs that are held out of the correction failed", {})
+        raise RunError("most of the runs that check the correction failed", {})
     (expansion,) = surrogate.expansions
     count = len(expansion.outputs)
     columns = PartColumns.from_outputs(count, 0)
@@ -57,7 +57,7 @@ def corrected_expansion(
     units = units_of(labels)
     components = quantities(evaluate, count)
     error = ExpectedError.from_choice(choice, len(holdout.values), F, 1.0, m, units, components)
-    # The error of the bands is that of the method, or follows from the held-out runs.
+    # The error of the bands is that of the method, or follows from the check runs.
     diagnostics = surrogate.diagnostics
     bands = ("mean_expected_error", "error_bar_expected_error")
     if bands[0] in diagnostics:

@@ -33,21 +33,21 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 @frozen()
 class PhaseResolvedPCCI(ImprovedPCCI):
-    """Improved PCCI of ringing responses: it expands phases and envelopes rather than values.
+    """Improved PCCI of vibrating responses: it expands phases and envelopes rather than values.
 
-    If the frequency of a ringing response depends on the inputs, its value at a fixed time is a
+    If the frequency of a vibration depends on the inputs, its value at a fixed time is a
     rapidly oscillating function of them; its phase, its envelopes and its slow part are smooth
     functions. Every run is split into these along the last dimension of the response, which must be
     equidistant times. Four further runs at generic points are never fitted, and of random inputs
     two at rare values, where a stop may be that others do not reach. Each output gets as many
-    carriers as predict these runs best, and none if it does not ring; what the expansion misses of
-    them is its error. See docs/explanation/phase.md.
+    vibration frequencies as predict these runs best, and none if it does not vibrate; the error of
+    the expansion is what it misses of them. See docs/explanation/phase.md.
 
     Parameters
     ----------
     random_order, interval_order : as of `PCCI`. Orders of 1 or 2 suffice for most responses.
-    correct : whether the error of step and elements is corrected, of ringing outputs by phases and
-        envelopes; the runs that this takes are those of `PCCI`, without further ones held out.
+    correct : whether the error of step and elements is corrected, for vibrating outputs by phases
+        and envelopes; this takes the runs that `PCCI` takes, without further check runs.
 
     Raises
     ------
@@ -57,11 +57,11 @@ class PhaseResolvedPCCI(ImprovedPCCI):
     Examples
     --------
     >>> time = np.linspace(0.0, 1.0, 400)
-    >>> def ringing(frequency, size):
+    >>> def vibration(frequency, size):
     ...     return size[:, None] * np.sin(2 * np.pi * frequency[:, None] * time)
     ...
     >>> inputs = {"frequency": fb.Interval(19.0, 21.0), "size": fb.Normal(2.0, 0.1)}
-    >>> bands = fb.propagate(ringing, inputs, fb.methods.PhaseResolvedPCCI(1, 1))
+    >>> bands = fb.propagate(vibration, inputs, fb.methods.PhaseResolvedPCCI(1, 1))
     >>> bands["mean"].values[:, -1].round(2)
     array([-2.,  2.])
     """
@@ -82,7 +82,7 @@ class PhaseResolvedPCCI(ImprovedPCCI):
 
         All are told as by `AdaptivePCCI`. Bounds often rest on nodes, where nothing is missed;
         `pointwise_error` is that of μ ± σ at any values of the interval inputs, as the worst of
-        the held-out runs tells it. The error of step and elements is not estimated without
+        the check runs tells it. The error of step and elements is not estimated without
         `correct`.
         """
         check_no_play(space, "PhaseResolvedPCCI")

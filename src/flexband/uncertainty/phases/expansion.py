@@ -110,7 +110,7 @@ class PhaseExpansion:
     ) -> PhaseExpansion:
         max_carriers = CarrierOptions().max_carriers
         if not 1 <= carriers <= max_carriers:
-            raise InputError(f"carriers must be from 1 to {max_carriers}; got {carriers}")
+            raise InputError(f"vibration frequencies must be 1 to {max_carriers}; got {carriers}")
         columns = PartColumns.from_outputs(len(outputs), int(carriers))
         return PhaseExpansion(outputs, HybridExpansion.of_arrays(inputs, **parts), columns)
 

@@ -61,7 +61,7 @@ class Sizes(NamedTuple):
         return Sizes.from_index(index, sizes).largest(2 * MOMENTS.max_terms)
 
     def largest(self, count: int) -> Sizes:
-        """Return those that are the largest, in parts of the largest one of a block."""
+        """Return those that are the largest, relative to the largest one of a block."""
         if len(self.size) <= count:
             return self
         part = self.size / np.maximum(self.size.max(axis=0), 1e-300)
@@ -101,7 +101,7 @@ def moment_orders(blocks: Sequence[PartTerms]) -> list[np.ndarray]:
     variance = fluctuation.times(fluctuation).times(turn)
     varying = mean.size[mean.orders.any(axis=1)].sum(axis=0) + fluctuation.size.sum(axis=0)
     scattering = variance.size.sum(axis=0)
-    # Keep what is not negligible in parts of the variation.
+    # Keep what is not negligible relative to the variation.
     parts = [
         mean.size / np.where(varying > 0, varying, 1.0),
         variance.size / np.where(scattering > 0, scattering, 1.0),

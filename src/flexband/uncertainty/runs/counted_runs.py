@@ -162,7 +162,7 @@ class CountedRuns:
             f"{self.method!r} needs every run of its design; {len(evaluation.failed)} of "
             f"{number_of(len(evaluation.points[0]), 'run')} failed, one of them: {reason}; "
             f"{inputs_in_words(self.space, xi, eta)}\n"
-            "RegressionPCCI goes on without them, and so do the scanning methods if other runs "
+            "RegressionPCCI can do without them, and so can the scanning methods if other runs "
             "succeed at every point of the scan",
             {k: (0.0, why) for k, why in evaluation.failed.items()},
         )

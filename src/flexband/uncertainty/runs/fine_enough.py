@@ -1,7 +1,7 @@
 """The discretization of a response that has a default: it is refined where that is too coarse.
 
 A few runs are made on it and again where it is finer. Their change over the range of the outputs
-tells the error, in parts of the error bar's width.
+tells the error, relative to the error bar's width.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class DefaultOptions(NamedTuple):
     """When what has a default is refined."""
 
     share: float = 0.1  # part of the tolerance of a method that this error may have
-    tolerance: float = 0.01  # of methods without one, in parts of the error bar's width
+    tolerance: float = 0.01  # of methods without one, relative to the error bar's width
     runs: int = 8  # that tell the error, as many as are simulated at once
     fall: float = 3.0  # of the error with every refinement, which is expected
     least_fall: float = 1.5  # of outputs that count: other errors do not fall

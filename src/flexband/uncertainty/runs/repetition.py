@@ -128,7 +128,7 @@ def check_stored(
 def _largest_difference(
     values: np.ndarray, first_run: np.ndarray, second_run: np.ndarray, labels: xr.DataArray
 ) -> tuple[float, str]:
-    """Return the largest difference of two runs, in parts of a variation, and its output."""
+    """Return the largest difference of two runs, relative to a variation, and its output."""
     runs = values.reshape(len(values), -1, axes_of(labels).times)
     deviation = np.abs(first_run - second_run).reshape(runs.shape[1:])
     size = np.maximum(runs.max(axis=(0, 2)), -runs.min(axis=(0, 2)))

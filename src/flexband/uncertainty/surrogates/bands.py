@@ -51,7 +51,7 @@ class BandRecord(AttributeRecord):
     sigmas : k of the error bar.
     runs, runs_failed, … : numbers of runs; None where the method counts none of a kind.
     method, inputs, versions, discretization : texts.
-    tolerance, expected_error : in parts of the error bar's width; None without one.
+    tolerance, expected_error : relative to the error bar's width; None without one.
     expected_error_of_runs : that of the intervals that were run, where these are narrowed.
     expansion_error, discretization_error : its parts; a text says if one is not estimated.
     integration_error : what the integration of the moments adds to the expansion's.
@@ -195,15 +195,15 @@ LONG_NAMES = {
     "mean_expected_error": "estimated error of the interval mean",
     "error_bar_expected_error": "estimated error of the interval error bar",
     "pointwise_error": "estimated error of μ ± {k}σ at one time, any values of the intervals",
-    "relative_expected_error": "estimated error{averaged}, in parts of the error bar's width",
+    "relative_expected_error": "estimated error{averaged}, relative to the error bar's width",
     "mean_expansion_error": "error that is due to the expansion",
     "error_bar_expansion_error": "error that is due to the expansion",
     "mean_integration_error": "error that is due to the integration of the moments",
     "error_bar_integration_error": "error that is due to the integration of the moments",
     "mean_discretization_error": "error that is due to step and elements",
     "error_bar_discretization_error": "error that is due to step and elements",
-    "carriers": "number of carriers",
-    "trusted": "whether most of the variation in held-out runs is predicted",
+    "carriers": "number of vibration frequencies that are resolved",
+    "trusted": "whether most of the variation in check runs is predicted",
     "orders": "highest order of the expansion",
     "above_between": "largest rise above this value and the next one, between them",
     "above_between_least": "least such rise of some runs",

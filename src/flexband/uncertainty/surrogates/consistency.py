@@ -42,7 +42,7 @@ def check(surrogate: Surrogate) -> None:
             f"the expansions must be those of {number_of(outputs, 'output')}, each once; earlier "
             "versions took outputs without a time for one: make the surrogate again"
         )
-    # Check the corrections and the held-out runs.
+    # Check the corrections and the check runs.
     expansions = surrogate.expansions if surrogate.correction else ()
     for expansion, part in zip(expansions, surrogate.correction, strict=True):
         shapes = expansion.hybrid.coefficients.shape[1], part.hybrid.coefficients.shape[1]
@@ -93,10 +93,10 @@ def _check_held_out(held_out_runs: HeldOut, n: int, m: int, outputs: int, times:
     for name, shape in shapes.items():
         array = getattr(held_out_runs, name)
         if array.dtype.kind != "f" or array.shape != shape or not np.all(np.abs(array) <= LARGEST):
-            raise InputError(f"{name} of held-out runs must be finite, of shape {shape}")
+            raise InputError(f"{name} of check runs must be finite, of shape {shape}")
     window = np.asarray(held_out_runs.window)
     if not runs or window.shape or window.dtype.kind not in "iu" or not 0 <= window <= times:
-        raise InputError("held-out runs must be some, and their window within the times")
+        raise InputError("there must be check runs, and their window must be within the times")
 
 
 def _check_index(index: np.ndarray, dimension: int) -> None:

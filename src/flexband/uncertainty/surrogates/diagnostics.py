@@ -25,7 +25,7 @@ DOUBT = 0.5
 
 SMALL = 1e-4
 """Variation of a component of a vector or tensor, as a part of that of the largest component, below
-which errors are in parts of this. What is zero in theory is rounding and vibrations of the mesh,
+which errors are relative to this. What is zero in theory is rounding and vibrations of the mesh,
 which converge to nothing."""
 
 
@@ -138,7 +138,7 @@ def missed_part(
 
 
 def trust(
-    labels: xr.DataArray, missed: np.ndarray, of: str = "its variation in held-out runs"
+    labels: xr.DataArray, missed: np.ndarray, of: str = "its variation in check runs"
 ) -> xr.Dataset:
     """Return `trusted`, labelled like a response, and why outputs are not: `of` what is missed."""
     axes = axes_of(labels)

@@ -1,4 +1,4 @@
-"""What a surrogate misses in held-out runs, which tell its error in any part of its inputs."""
+"""What a surrogate misses in check runs, which tell its error in any part of its inputs."""
 
 from __future__ import annotations
 

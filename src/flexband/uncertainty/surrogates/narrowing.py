@@ -18,7 +18,7 @@ from flexband.uncertainty.surrogates.sigmas import growth
 
 
 def runs_in(part: NarrowedInputs, held_out_runs: HeldOut) -> HeldOut:
-    """Return the held-out runs that judge a part of the inputs, in its variables."""
+    """Return the check runs that judge a part of the inputs, in its variables."""
     old = np.concatenate([held_out_runs.eta, held_out_runs.xi], axis=1)
     nearest = held_out_runs.nearest(part.distance(old))
     xi, eta = part.points(old[nearest])
@@ -37,7 +37,7 @@ def narrowed_diagnostics(
 ) -> xr.Dataset:
     """Return the diagnostics of a surrogate for a part of its inputs, from those of the whole.
 
-    Without held-out runs, and of discretization and integration, errors are those of the whole: in
+    Without check runs, and of discretization and integration, errors are those of the whole: in
     a part they are hardly more. `values` are those of the surrogate at the runs that judge it.
     """
     diagnostics = diagnostics.drop_vars(

@@ -96,7 +96,7 @@ def not_constant(lower: np.ndarray, upper: np.ndarray, units: Units) -> np.ndarr
 def relative_to_bars(
     diagnostics: xr.Dataset, bar: xr.DataArray, F: np.ndarray, units: Units, beyond: float = 1e6
 ) -> np.ndarray:
-    """Return expected errors in parts of the width of error bars, with the shape of the outputs.
+    """Return expected errors relative to the width of error bars, with the shape of the outputs.
 
     It is `beyond` of outputs that vary in runs F, (runs, outputs, times), but whose error bar has
     no width.

@@ -35,7 +35,7 @@ class Surrogate:
     space : the inputs.
     labels : a response without runs, shape (0, …), for its dims and coordinates.
     expansions : each of some of its outputs: all dims but that of time together (`axes_of`).
-    diagnostics : expected errors, carriers, orders: whatever the method reports.
+    diagnostics : expected errors, vibration frequencies, orders: whatever the method reports.
     held_out : what it misses in runs that were not fitted: those of the method, or of `verify`.
     correction : how much of each expansion corrects the error of step and elements, which runs
         have: expansions of the same outputs and parts; none if nothing is corrected.
@@ -149,7 +149,7 @@ class Surrogate:
     def narrowed(self, **inputs: Any) -> Surrogate:
         """Return the surrogate for tighter tolerances or less scatter, without any further run.
 
-        Its errors are judged by the held-out runs inside the new inputs, or the nearest eight where
+        Its errors are judged by the check runs inside the new inputs, or the nearest eight where
         fewer are inside; where the method has no such runs, they are those of the wider inputs.
 
         Parameters
@@ -160,7 +160,7 @@ class Surrogate:
         Raises
         ------
         InputError
-            If a name is none of the inputs, or a new one is beyond the runs: an interval outside
+            If a name is not an input, or a new one is beyond the runs: an interval outside
             the old one, or a mean ± 3σ outside that of the old distribution.
         """
         part = part_of(self.space, inputs)

@@ -45,7 +45,7 @@ FORMAT = 9
 """Version of the format: since 2 inputs are in the order of their names, since 3 every random
 variable has its family of polynomials, since 4 expansions have no terms that are zero, since 5
 inputs may be correlated or have intervals as parameters, since 6 a digest tells of damage, since 7
-held-out runs are kept, since 8 the error of the discretization may be corrected, since 9 there may
+check runs are kept, since 8 the error of the discretization may be corrected, since 9 there may
 be verification runs."""
 
 Entry = TypeVar("Entry")

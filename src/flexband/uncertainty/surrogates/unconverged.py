@@ -35,7 +35,7 @@ class Remedy(StrEnum):
             Remedy.SPECTRAL_RADIUS: "choose a smaller spectral_radius",
             Remedy.AVERAGE: "use an average over some of their periods (sensors.Average)",
             Remedy.OUTPUT_STEP: "choose an output_step that shows them",
-            Remedy.LEAVE_OUT: "leave such outputs out",
+            Remedy.LEAVE_OUT: "omit such outputs",
         }[self]
 
 
@@ -68,7 +68,7 @@ class Unconverged:
     cause: Cause  # why it does not help
     frequency: float  # at which runs on two levels differ most, per unit of time
     steps: float  # steps per period of this frequency; NaN if there is no step
-    error: float  # due to this part, in parts of the error bar's width
+    error: float  # due to this part, relative to the error bar's width
 
 
 def attributes(outputs: Sequence[Unconverged]) -> dict[str, list[Any]]:
@@ -120,6 +120,6 @@ def in_words(attrs: Mapping[str, Any]) -> str:
 def why_not_finer(attrs: Mapping[str, Any]) -> str:
     """Return why a discretization that the method chose misses the tolerance."""
     too_coarse = (
-        "what is given is too coarse, or what is left out would have to be halved more often"
+        "the given step or elements are too coarse, or those left open need further refinement"
     )
     return attrs.get("not_refined") or in_words(attrs) or too_coarse

@@ -33,7 +33,7 @@ class VerificationRecord(AttributeRecord):
     runs, runs_failed : numbers of runs.
     sigmas : k of the error bar that is verified.
     confirmed : "yes", "no" or "no error was expected", see `Confirmation`.
-    inferred_share : error that the runs imply, in parts of the error bar's width.
+    inferred_share : error that the runs imply, relative to the error bar's width.
     verdict : the same in words.
     """
 
@@ -58,12 +58,12 @@ class VerificationVerdict:
     # number of the output that decides: with the largest error of those that are refuted, of those
     # that may be, or of all
     output: int
-    # errors of this output, in parts of the error bar's width: inferred from the runs, a lower
+    # errors of this output, relative to the error bar's width: inferred from the runs, a lower
     # bound with confidence, and what the method expected
     inferred_error: float
     lower_bound: float
     expected_error: float = np.nan
-    # the largest error that the method expected of any output, in parts of its width
+    # the largest error that the method expected of any output, relative to its width
     claimed_error: float = np.nan
     ratio: float = np.nan  # inferred over expected error of this output
     refuted_count: int = 0
@@ -142,7 +142,7 @@ class VerificationVerdict:
             over = " (both are root mean squares over time)" if labels.ndim > 1 else ""
             confidence_text = f"{100 * self.confidence:.0f} % confidence"
             return (
-                f"Estimate confirmed as far as so few runs can tell: {runs} {imply} an error of "
+                f"Estimate confirmed within the scatter of so few runs: {runs} {imply} an error of "
                 f"{size} ({in_percent(self.lower_bound)} or more with {confidence_text}), where "
                 f"{in_percent(self.expected_error)} is expected{over}"
             )
@@ -178,7 +178,7 @@ def _can_miss(sampled: int, held_out: int) -> str:
 
 
 def inferred_share(results: xr.Dataset) -> float:
-    """Return the largest error inferred from verification runs, in parts of the bar's width."""
+    """Return the largest error inferred from verification runs, relative to the bar's width."""
     return float((results["implied_error"] / results["bar_width"]).max())
 
 

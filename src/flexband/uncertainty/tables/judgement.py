@@ -54,13 +54,15 @@ def judge_by_rows(
     error = np.maximum(error, least_error(F, units)[:, None])
     of_mean = growth(0) if space.random_dimension else 1.0
     band_errors = np.stack([of_mean * error, error])
-    trusted = trust(labels, missed_part(missed[which], F, units), "its variation in rows left out")
+    trusted = trust(
+        labels, missed_part(missed[which], F, units), "its variation in rows that were not fitted"
+    )
     zeros = np.zeros(len(carriers))
     dataset = diagnostics(labels, band_errors, zeros, carriers, trusted, [])
     for band, band_error in zip(("mean", "error_bar"), band_errors, strict=True):
         dataset[f"{band}_expansion_error"] = labels.dims[1:], band_error.reshape(labels.shape[1:])
     dataset = dataset.assign_attrs(surrogate.diagnostics.attrs)
-    # Errors in parts of the bars' width need the bands.
+    # Errors relative to the bars' width need the bands.
     surrogate = replace(surrogate, diagnostics=dataset, held_out=judges)
     bar = surrogate.bands()["error_bar"].transpose("bound", *labels.dims[1:])
     relative = relative_to_bars(dataset, bar, F, units)

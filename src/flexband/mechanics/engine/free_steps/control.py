@@ -55,7 +55,7 @@ class StepControl(NamedTuple):
     depths: float = 1.5
     """Ratio by which the depth of a contact changes at most in a step."""
     least_depth: float = 0.1
-    """Change in parts of the tolerance that is always allowed."""
+    """Change relative to the tolerance that is always allowed."""
     depths_in_size: float = 1e4
     """Depths of a contact in the size of a mechanism beyond which the tolerance refers to them."""
     durations: float = 1e-4
@@ -69,7 +69,7 @@ class StepControl(NamedTuple):
     long_step: float = 10.0
     """Such a step over the shortest one."""
     newton: float = 0.01
-    """Newton's tolerance in parts of that of the step, if less than its own."""
+    """Newton's tolerance relative to that of the step, if less than its own."""
     newton_of_states: float = 1e-5
     """The same with states of laws, which may change over 1e-5 of the size."""
 

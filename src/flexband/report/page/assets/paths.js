@@ -6,7 +6,7 @@ flexband.starters = flexband.starters || [];
 /** Part of the path's size that the largest region has at most after it has been magnified. */
 flexband.PATH_PART = 0.05;
 
-/** Least length of an axis in parts of the path's size, since a path along a guide has no width. */
+/** Least length of an axis relative to the path's size, since a path along a guide has no width. */
 flexband.PATH_WIDTH = 0.3;
 
 flexband.starters.push(function ({ path }) {

@@ -8,7 +8,7 @@ flexband.HARDLY = 0.005;
 /** Return from which place on an output has no band, in words. */
 flexband.noBand = ({ name, unit, values }, end) => (end < 0 ? "No band holds" :
   `No band holds after ${name} = ${flexband.number(values.values[end])} ${unit}`.trimEnd()) +
-  ": the motion of a single part is unpredictable. Sampled parts tell how peaks and counts are distributed.";
+  ": the motion of a single part is unpredictable. Sampled parts show how peaks and counts are distributed.";
 
 /** Return the bands of a chart's output at place k. */
 flexband.readingOf = function ({ all, output, charts, x }, k) {

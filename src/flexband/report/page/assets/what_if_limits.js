@@ -17,7 +17,7 @@ flexband.whatIfLimits = function ({ what_if: data, charts }) {
   data.limits = { sigmas, outputs: [...new Set(rows.flatMap(({ curves }) => curves.map((own) => own.output)))] };
   const heads = ["limit", "study", "now", "at"].map((text) =>
     element("th", { scope: "col", textContent: text }));
-  const caption = `Least margin of μ ± ${sigmas === 1 ? "" : sigmas}σ (below zero: the limit is left)`;
+  const caption = `Least margin of μ ± ${sigmas === 1 ? "" : sigmas}σ (below zero: the limit is violated)`;
   const table = element("table", { className: "what-if-table what-if-limits" },
     element("caption", { textContent: caption }), element("thead", {}, element("tr", {}, ...heads)),
     element("tbody", {}, ...rows.map(({ row }) => row)));

@@ -91,10 +91,10 @@ flexband.starters.push(function (everything) {
     element("tbody", {}, ...rows.map(({ row }) => row)));
 
   const notes = [
-    "The expected error is the largest of the output, that of the whole study; in brackets it is a part of the " +
-      "largest width now. narrowed() in Python judges it by the held-out runs inside the narrower inputs.",
+    "The expected error is the largest one of the output in the whole study; in brackets relative to the " +
+      "largest width now. narrowed() in Python estimates it anew, by the check runs within the narrower inputs.",
     ...(limits ? ["Margins are those at the times of the charts, without their expected error. " +
-      "Probabilities of leaving limits need `flexband limits`."] : []),
+      "`flexband check` computes the probabilities of violating limits."] : []),
     ...(data.models.some(({ kind }) => kind === "phases")
       ? ["An error bar of a vibration may grow with less scatter: the waves of all samples then " +
         "cancel less in the mean."] : []),
@@ -104,7 +104,7 @@ flexband.starters.push(function (everything) {
   panel.append(
     element("p", { textContent: "Tighten tolerances and scatter: the bands follow from the surrogate, " +
       "without new runs. The sliders stop at the ranges that were simulated; for wider ranges run the study again. " +
-      `${limits ? "Margins of limits follow below; contributions" : "Limits, contributions"} and numbers ` +
+      `${limits ? "Margins follow below; contributions" : "Requirements, contributions"} and numbers ` +
       "elsewhere on this page remain those of the study." }),
     element("div", { className: "what-if-inputs" },
       ...data.intervals.map(interval), ...data.sizes.map(size)),

@@ -55,7 +55,7 @@ flexband.PhaseMoments = class {
 
   /** Return smooth moments, and the numbers of the polynomials that matter. */
   _used(smooth) {
-    const NEGLIGIBLE = 1e-10, { width } = this; // in parts of the width of the bands, or rad
+    const NEGLIGIBLE = 1e-10, { width } = this; // relative to the width of the bands, or rad
     const used = [...Array(this.polynomials.count).keys()].filter((k) =>
       smooth.subarray(k * width, (k + 1) * width).some((x) => Math.abs(x) > NEGLIGIBLE));
     return [smooth, Int32Array.from(used)];

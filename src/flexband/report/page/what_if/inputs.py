@@ -27,7 +27,7 @@ def intervals_of(space: Space) -> tuple[list[JsonRecord], list[str]]:
         if name in space.plays:
             continue
         if not isinstance(input_, Interval):
-            remarks.append(f"{name} keeps its limits: it is {_kind(input_)}.")
+            remarks.append(f"{name} keeps its bounds: it is {_kind(input_)}.")
         elif input_.lower < input_.upper:
             ends = {"lower": input_.lower, "upper": input_.upper}
             intervals.append({"name": name, **ends, "variable": columns[name]})

@@ -115,7 +115,7 @@ def _difference(
 
 def _rule(terms: PartTerms, eta: np.ndarray, scale: np.ndarray) -> Rule | None:
     """Return ξ and weights for the smooth moments at η, along axes if they do; or None."""
-    # Largest error of moments by a rule along axes, in parts of the width of the bands, and
+    # Largest error of moments by a rule along axes, relative to the width of the bands, and
     # at how many times and η it is checked
     tolerance = 3e-7
     check_points = 10
@@ -162,7 +162,7 @@ def _terms(expansion: HybridExpansion, rows: np.ndarray) -> JsonRecord:
 
 def _round_coefficients(coefficients: np.ndarray) -> JsonRecord:
     """Return coefficients, the constants, which are by far the largest, apart."""
-    # Coefficients are rounded to multiples of it, in parts of the width of an output's bands
+    # Coefficients are rounded to multiples of it, relative to the width of an output's bands
     quantum = 1e-8
     parts = {"constant": coefficients[0], "others": coefficients[1:]}
     return {name: pack(values, quantum) for name, values in parts.items()}

@@ -43,11 +43,11 @@ def what_if(
     space = alternatives[0].space
     expansions = [expansion for alternative in alternatives for expansion in alternative.expansions]
     if alternatives[0].time is None:
-        return None, ["Other inputs need new runs here, since the outputs are no series in time."]
+        return None, ["Other inputs need new runs here, since the outputs are not series in time."]
     # A model of each expansion, unless they are too large for a page.
     size = sum(expansion.arrays()["coefficients"].size for expansion in expansions)
     if size > max_coefficients:
-        return None, ["Other inputs are for Python: the surrogate is too large for a page."]
+        return None, ["Use Python for other inputs: the surrogate is too large for a page."]
     outputs = _outputs(alternatives[0].labels, bands)
     scale = np.array(outputs["scale"])
     outputs = _outputs(alternatives[0].labels, display.data(bands))
@@ -86,7 +86,7 @@ def what_if(
 
 def _with_differences(outputs: JsonRecord, models: Sequence[JsonRecord]) -> list[str]:
     """Add how far a page's bounds are from Python's to the errors; return what is to be said."""
-    visible = 1e-4  # in parts of the width
+    visible = 1e-4  # relative to the width
     errors = outputs["expected_error"]
     largest = 0.0
     for record in models:
@@ -107,7 +107,7 @@ def _with_differences(outputs: JsonRecord, models: Sequence[JsonRecord]) -> list
 
 def _outputs(labels: xr.DataArray, bands: xr.Dataset) -> JsonRecord:
     """Return the outputs, and how wide their bands are."""
-    # Bands that are narrower, in parts of their values, are constant but for rounding
+    # Bands that are narrower, relative to their values, are constant but for rounding
     min_width = 1e-9
     times = labels.shape[-1]
     lower, upper = (v.reshape(-1, times) for v in bands["error_bar"].values)

@@ -72,13 +72,13 @@ class RunChanges(NamedTuple):
         return RunChanges(columns, coarse, fine - coarse, second_change, runs.fitted)
 
     def first(self, changes: Sequence[RunChanges]) -> np.ndarray:
-        """Return the first held-out run with the sum of its changes, shape (outputs, times)."""
+        """Return the first check run with the sum of its changes, shape (outputs, times)."""
         total = sum(change.change[self.fitted] for change in changes)
         return self.columns.join((self.parts[self.fitted] + total)[None])[0]
 
     @property
     def holdout_rows(self) -> slice:
-        """The rows of the held-out runs."""
+        """The rows of the check runs."""
         return slice(self.fitted, None)
 
     @property
@@ -117,7 +117,7 @@ class Extrapolation(NamedTuple):
     expansion: HybridExpansion  # the change of their parts
     factors: np.ndarray  # the error as a multiple of the change, (series,)
     shift: np.ndarray  # what the third level adds to the corrected parts, mean over runs, (series,)
-    # what is missed of the held-out runs, since the correction is linear in the inputs, shape
+    # what is missed of the check runs, since the correction is linear in the inputs, shape
     # (held, outputs, times)
     missed: np.ndarray
     # and of the runs on three levels, since the order is not exact, (finest, outputs, times)

@@ -20,7 +20,7 @@ class RefinedRuns(NamedTuple):
 
     coarse: ResponseRuns  # the first ones at points of the design, the others held out
     fine: np.ndarray  # on the discretization twice as fine, shape (runs, outputs, times)
-    finest: np.ndarray  # first held-out runs, twice as fine again, (≤ held, outputs, times)
+    finest: np.ndarray  # first check runs, twice as fine again, (≤ held, outputs, times)
     fitted: int  # number of runs at points of the design
 
     @property

@@ -45,7 +45,7 @@ class Refinement:
     ):
         """Make no runs yet.
 
-        An error is corrected if it is larger than `above`, in parts of the error bar's width; if
+        An error is corrected if it is larger than `above`, relative to the error bar's width; if
         that is infinite, it is only estimated.
         """
         self.evaluate = evaluate
@@ -54,7 +54,7 @@ class Refinement:
         self.corrects = bool(np.isfinite(above))
         # by the name of what is finer; None until they are made
         self.runs: dict[str, RefinedRuns] | None = None
-        # the first held-out run where all of this is finer at once; None until it is made
+        # the first check run where all of this is finer at once; None until it is made
         self.together: np.ndarray | None = None
         self.spectra: dict[str, ErrorSpectrum] = {}  # by name, once they are known
 
@@ -114,7 +114,7 @@ class Refinement:
     def spectrum(self, name: str, dt: float) -> ErrorSpectrum:
         """Return at which frequencies runs differ from those where what is named is finer.
 
-        It is that of a held-out run at the times of all steps, or, if the response tells nothing of
+        It is that of a check run at the times of all steps, or, if the response tells nothing of
         these, of all refined runs as far as their times, dt apart, show it.
         """
         if name not in self.spectra:

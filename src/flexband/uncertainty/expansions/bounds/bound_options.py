@@ -36,7 +36,7 @@ class BoundSearchOptions(NamedTuple):
     """In more variables, descents begin along single variables, since the scan is far from
     minima."""
     max_start_height: float = 0.5
-    """Higher points of a grid that resolves all waves, in parts of the range of its values, are no
+    """Higher points of a grid that resolves all waves, relative to the range of its values, are no
     starts."""
     max_drop: float = 0.5
     """A minimum next to a point of such a grid may be lower than it by this part of how much all

@@ -1,6 +1,6 @@
 """The error of bounds whose moments are integrated numerically, by a second, finer rule.
 
-Held-out runs judge the values of an expansion. They cannot tell whether a rule resolves its phases,
+Check runs judge the values of an expansion. They cannot tell whether a rule resolves its phases,
 nor whether the polynomials in η for smooth moments have enough terms. So μ and σ are integrated
 anew where bounds are reached, and at places between, straight from the response: by a product rule
 that is wider and denser than any rule in use, or by samples if that has too many points.

@@ -1,4 +1,4 @@
-"""The command that checks limits by the surrogate of a study."""
+"""The command that checks requirements by the surrogate of a study."""
 
 from __future__ import annotations
 
@@ -25,34 +25,35 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.analysis.limits.limit_verdicts import requirement_verdicts, uncertain_inputs
     from flexband.analysis.probability.model import MAX_RUNS, MIN_RUNS
     from flexband.analysis.probability.texts import verdict_on
-    from flexband.analysis.selection import surrogates_of
+    from flexband.analysis.selection import labels_of, surrogates_of
     from flexband.report.page.answers import limits_table
     from flexband.report.progress import progress_bars
     from flexband.requirements.requirement import corridors, requirement_tuple
     from flexband.requirements.verdict import RequirementVerdict
     from flexband.study.nominal import around_nominal
-    from flexband.study.results.limits import check_limits_in, has_probability
+    from flexband.study.results.limits import check_requirements_in, has_probability
     from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
 
 Side = Annotated[
     list[str] | None,
-    typer.Option(help="OUTPUT=NUMBER, or a number if there is one output; can be repeated."),
+    typer.Option(help="OUTPUT=LIMIT, or LIMIT if there is one output; can be repeated."),
 ]
 During = Annotated[
     tuple[float, float] | None,
     typer.Option(
-        metavar="FIRST LAST", help="First and last time of the limits, such as 0 0.5 or 0,0.5."
+        metavar="FIRST LAST",
+        help="First and last time at which the limits hold, such as 0 0.5 or 0,0.5.",
     ),
 ]
 Only = Annotated[
     list[str] | None,
-    typer.Option(help="Output whose limits in the study are meant, not all; can be repeated."),
+    typer.Option(help="Use only the study's requirements on this output; can be repeated."),
 ]
 
 
-@answer_command("limits")
-def limits(
+@answer_command("check")
+def check(
     result: SavedResult,
     below: Side = None,
     above: Side = None,
@@ -61,21 +62,24 @@ def limits(
     sigmas: SomeSigmas = None,
     accuracy: Annotated[
         float,
-        typer.Option(min=FINEST, max=COARSEST, help="Relative standard error of probabilities."),
+        typer.Option(
+            min=FINEST, max=COARSEST, help="Relative standard error of the probabilities."
+        ),
     ] = 0.025,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random numbers.")] = 0,
     runs: Annotated[
         int,
-        typer.Option(help="Runs that correct each bound of a probability; 0 for none."),
+        typer.Option(help="Number of runs that correct each bound of a probability; 0 for none."),
     ] = 0,
     trust: Trust = False,
 ) -> CommandOutput:
-    """Check whether outputs keep limits, and how likely they leave them, by default without runs.
+    """Check whether requirements are met, and the probability of violating them.
 
-    Without --below and --above, limits are those of the study in FOLDER. The margin is that of
-    μ ± kσ for all values of the interval inputs; the probability is that of leaving a limit at any
-    time. limits.nc, probability.nc and limits.png are written; other limits never take the place
-    of the study's there. Runs are kept with those of the study.
+    Without --below and --above, these are the requirements of the study in FOLDER. The margin is
+    that of μ ± kσ, for all values of the interval inputs. The probability is that of violating a
+    limit at any time. No runs are made unless --runs is given; they are recorded with those of the
+    study. limits.nc, probability.nc and limits.png are written, but never in place of those of the
+    study's own requirements.
     """
     surrogate = result.surrogate
     place = result.folder
@@ -101,16 +105,18 @@ def limits(
             options["progress"] = task("correcting runs")
         options["of_study"] = not (below or above or only)
         try:
-            check = check_limits_in(place, surrogate, requested_limits, sigmas=sigmas, **options)
+            checked = check_requirements_in(
+                place, surrogate, requested_limits, sigmas=sigmas, **options
+            )
         except InputError as error:  # the limits fit, but margins cannot be computed
             why = str(error)
             verdicts = [
                 RequirementVerdict.not_checked(requirement, why) for requirement in requested_limits
             ]
             return CommandOutput({}, verdicts=verdicts)
-    draw_limits(check, place, result.display)
-    margins = check.margins
-    probability = check.probability
+    draw_limits(checked, place, result.display)
+    margins = checked.margins
+    probability = checked.probability
     # The outcome in words and tables, in display units.
     display_margins = result.display.data(margins)
     likely = None if probability is None else result.display.data(probability)
@@ -121,10 +127,10 @@ def limits(
     verification = result.dataset(FileName.VERIFICATION)
     return CommandOutput(
         {"limits": as_rows(margins), "probability": as_rows(probability)},
-        [("Limits", limits_table(display_margins, likely))],
+        [("Requirements", limits_table(display_margins, likely))],
         "\n".join(sentences),
         verdicts=requirement_verdicts(
-            check._replace(margins=display_margins),
+            checked._replace(margins=display_margins),
             uncertain_inputs(result.dataset(FileName.CONTRIBUTIONS), surrogate),
             None if verification is None else result.display.data(verification),
         ),
@@ -142,7 +148,9 @@ def limits_of(
 ) -> list[fb.Requirement]:
     """Return limits one by one, or those of the study for the outputs `only`; refuse misfits."""
     if only and (below or above or during is not None):
-        raise UsageError("--only selects limits of the study; leave out --below, --above, --during")
+        raise UsageError(
+            "--only selects requirements of the study; omit --below, --above and --during"
+        )
     sides: dict[str | None, dict[str, float]] = {}
     for side, texts in (("below", below), ("above", above)):
         for text in texts:
@@ -160,27 +168,35 @@ def limits_of(
         if has_study and (
             known_limits := requirement_tuple(result.study(trust=trust).requirements)
         ):
-            study_limits = select_limits(known_limits, only)
+            study_limits = select_limits(known_limits, only, labels_of(result.surrogate))
             return around_nominal(study_limits, result.folder, result.surrogate, result.display)
         raise UsageError(
-            "limits requires --below or --above, as in --below F_X=345, unless the study has limits"
+            "check requires --below or --above, as in --below F_X=345, unless the study has "
+            "requirements"
         )
     with usage():
-        output_limits = [fb.Limit(name, during=during, **bounds) for name, bounds in sides.items()]
+        output_limits = [
+            fb.Requirement(name or "response", name, during=during, **bounds)
+            for name, bounds in sides.items()
+        ]
         corridors(output_limits, next(iter(surrogates_of(result.surrogate).values())).labels)
     return output_limits
 
 
-def select_limits(limits: Sequence[fb.Requirement], only: list[str]) -> list[fb.Requirement]:
-    """Return the limits of some outputs, all if none is named; raise `UsageError` for others."""
-    names = dict.fromkeys(limit.output or "response" for limit in limits)
+def select_limits(
+    requirements: Sequence[fb.Requirement], only: list[str], labels: xr.DataArray
+) -> list[fb.Requirement]:
+    """Return the requirements on some outputs, all if none is named; refuse other names."""
+    outputs = [requirement.output_in(labels)[0] or "response" for requirement in requirements]
+    names = dict.fromkeys(outputs)
     for name in only:
         if name not in names:
             raise UsageError(
-                f"--only must be an output with a limit in the study: {', '.join(names)}; "
+                f"--only must be an output with a requirement in the study: {', '.join(names)}; "
                 f"got {name!r}"
             )
-    return [limit for limit in limits if not only or (limit.output or "response") in only]
+    pairs = zip(requirements, outputs, strict=True)
+    return [requirement for requirement, output in pairs if not only or output in only]
 
 
 def as_rows(result: xr.Dataset | None) -> dict[str, Any] | None:

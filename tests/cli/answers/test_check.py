@@ -1,4 +1,4 @@
-"""The command `flexband limits`: its table, files and figure."""
+"""The command `flexband check`: its table, files and figure."""
 
 import json
 
@@ -29,10 +29,10 @@ def folder(tmp_path_factory):
 
 def test_limits_are_checked_and_written(folder, monkeypatch):
     search_roughly(monkeypatch)
-    options = ["limits", str(folder), "--below", "a=1.35", "--above", "a=-1.5", "--accuracy", "0.1"]
+    options = ["check", str(folder), "--below", "a=1.35", "--above", "a=-1.5", "--accuracy", "0.1"]
     result = CliRunner().invoke(app, options)
     assert result.exit_code == 5, result.output
-    assert "not kept" in result.output
+    assert "violated" in result.output
     with xr.open_dataset(folder / "limits.nc") as margins:
         assert float(margins["least_margin"][0]) == pytest.approx(-0.05, abs=0.01)
     assert (folder / "limits.png").read_bytes()[:4] == b"\x89PNG"
@@ -53,22 +53,22 @@ def response(e, x):
 inputs = {"e": fb.Interval(0.9, 1.1), "x": fb.Normal(0, 1)}
 study = fb.Study(response, inputs, fb.AdaptivePCCI()LIMITS)
 """
-    for limits, status in ((", limits=fb.Limit(below=1.2)", 5), ("", 2)):
+    for limits, status in ((", requirements=fb.Requirement('response', below=1.2)", 5), ("", 2)):
         file = tmp_path / f"study_{status}.py"
         file.write_text(study.replace("LIMITS", limits), encoding="utf-8")
         call = ["run", str(file), "--output", str(tmp_path / str(status))]
         CliRunner().invoke(app, [*call, "--verify", "0"])
-        result = CliRunner().invoke(app, ["limits", str(tmp_path / str(status))])
+        result = CliRunner().invoke(app, ["check", str(tmp_path / str(status))])
         assert result.exit_code == status, result.output
         if status == 5:
             content = (tmp_path / "5" / "limits.nc").read_bytes()
-            answer = CliRunner().invoke(app, ["limits", str(tmp_path / "5"), "--below", "9"])
-            assert "the report keeps the limits of the study" in answer.output
+            answer = CliRunner().invoke(app, ["check", str(tmp_path / "5"), "--below", "9"])
+            assert "the report shows the requirements of the study only" in answer.output
             assert (tmp_path / "5" / "limits.nc").read_bytes()[:500] == content[:500]
             for name in ("limits", "probability"):
                 with xr.open_dataset(tmp_path / "5" / f"{name}.nc") as dataset:
                     assert dataset["limit"].values.tolist() == ["response below 1.2"]
-    assert "unless the study has limits" in " ".join(result.output.split())
+    assert "unless the study has requirements" in " ".join(result.output.split())
     with xr.open_dataset(tmp_path / "5" / "limits.nc") as margins:
         assert float(margins["below"].max()) == 1.2
     costs = ["allocate", str(tmp_path / "5"), "--cost", "e=1", "--sigmas", "1"]
@@ -85,12 +85,12 @@ study = fb.Study(response, inputs, fb.AdaptivePCCI()LIMITS)
     ],
 )
 def test_refused(folder, options, message):
-    result = CliRunner().invoke(app, ["limits", str(folder), *options])
+    result = CliRunner().invoke(app, ["check", str(folder), *options])
     assert result.exit_code == 2
     assert message in result.output
 
 
 def test_a_folder_without_a_surrogate_is_refused(tmp_path):
-    result = CliRunner().invoke(app, ["limits", str(tmp_path), "--below", "1"])
+    result = CliRunner().invoke(app, ["check", str(tmp_path), "--below", "1"])
     assert result.exit_code == 1
     assert "surrogate.npz" in result.output

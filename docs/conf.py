@@ -19,6 +19,7 @@ extensions = [
     "sphinx-mathjax-offline",  # equations are drawn without a network
     "sphinx_copybutton",
     "executed_blocks",
+    "search_words",
     "source_pages",
 ]
 exclude_patterns = ["_build", "evidence/paper.json"]

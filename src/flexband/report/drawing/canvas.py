@@ -87,6 +87,7 @@ class Canvas:
     names: bool
     dimensions: bool
     ink: list[np.ndarray] = field(default_factory=list)  # points [m] that are covered
+    keeps_ink: bool = True  # whether ink is recorded, which names without a place need
     # what is to be written
     labels: list[Label] = field(default_factory=list)
     measured: list[Dimension] = field(default_factory=list)
@@ -200,6 +201,8 @@ class Canvas:
 
     def add_ink(self, points: np.ndarray, width: float = 1.0) -> None:
         """Add a stroke through points [m] of a width [pt]; of a wide stroke, its edges."""
+        if not self.keeps_ink:
+            return
         shifts = width / 2 * self.unit * np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
         count = 4 if width > 2.0 else 1
         self.ink += [self.dense(points) + shift for shift in shifts[:count]]

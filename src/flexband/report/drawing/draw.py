@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -71,11 +72,8 @@ def draw(
 def _layout(extremes: np.ndarray, axes: Axes | None) -> tuple[Sheet, Axes]:
     """Return a sheet, and axes for it; without axes, those of a new figure of its size."""
     new = axes is None
-    axes = axes or Figure().add_subplot()
+    axes = labelled_axes(Figure() if axes is None else axes)
     figure = axes.figure.figure
-    axes.set(xlabel="X [m]", ylabel="Y [m]")
-    axes.spines[:].set_color(COLORS["muted"])
-    axes.tick_params(color=COLORS["muted"], labelsize=8)
     if not new:
         figure.draw_without_rendering()  # computes the layout
         size = np.array(axes.get_window_extent().size) / figure.dpi
@@ -85,6 +83,15 @@ def _layout(extremes: np.ndarray, axes: Axes | None) -> tuple[Sheet, Axes]:
     figure.set_size_inches(width / POINTS_PER_INCH, height / POINTS_PER_INCH)
     axes.set_position((*(BEFORE / total), *(sheet.space / total)))
     return sheet, axes
+
+
+def labelled_axes(place: Figure | Axes) -> Axes:
+    """Return axes, those of a new figure if one is given, with the look of a drawing."""
+    axes = place.add_subplot() if isinstance(place, Figure) else place
+    axes.set(xlabel="X [m]", ylabel="Y [m]")
+    axes.spines[:].set_color(COLORS["muted"])
+    axes.tick_params(color=COLORS["muted"], labelsize=8)
+    return axes
 
 
 @dataclass(frozen=True)
@@ -125,9 +132,13 @@ class MatplotlibSurface:
         self.axes.text(0.01, 0.01, text, transform=self.axes.transAxes, fontsize=size)
 
     def extent(self, text: str, lettering: Lettering) -> np.ndarray:
-        size = lettering.size
-        box = TextPath((0, 0), text, size=size, prop=FontProperties()).get_extents()
-        return np.array([box.width, size])
+        return np.array([_text_width(text, lettering.size), lettering.size])
+
+
+@lru_cache(maxsize=1024)
+def _text_width(text: str, size: float) -> float:
+    """Return the width of a text [pt]."""
+    return TextPath((0, 0), text, size=size, prop=FontProperties()).get_extents().width
 
 
 def _dashes(style: Line) -> str | tuple[int, list[float]]:

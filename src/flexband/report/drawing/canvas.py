@@ -91,6 +91,7 @@ class Canvas:
     # what is to be written
     labels: list[Label] = field(default_factory=list)
     measured: list[Dimension] = field(default_factory=list)
+    is_crowded: bool = False  # whether no corner was empty for the arrow of a field
     notes: list[str] = field(default_factory=list)
 
     def places(self, stroke: Stroke) -> np.ndarray:
@@ -182,6 +183,7 @@ class Canvas:
         (left, bottom), (right, top) = self.box[0] + inset, self.box[1] - inset
         corners = [np.array(corner) for corner in product((right, left), (top, bottom))]
         place = min(corners, key=lambda corner: self.ink_count(corner, 2 * half))
+        self.is_crowded |= self.ink_count(place, 1.3 * half) > 0
         if np.any(field.vector):
             shaft = self.local(place, field.vector, [(-half, 0), (half, 0)])
             self.arrow(shaft, arrow((), color="load", part=field.part))

@@ -14,7 +14,14 @@ from matplotlib.textpath import TextPath
 from flexband.basics.checks import check_flag, check_instance
 from flexband.mechanics.model.mechanism import Mechanism
 from flexband.report.drawing.canvas import COLORS, Lettering
-from flexband.report.drawing.sheet import AFTER, BEFORE, POINTS_PER_INCH, Sheet, draw_on, sheet_for
+from flexband.report.drawing.sheet import (
+    AFTER,
+    BEFORE,
+    POINTS_PER_INCH,
+    Drawing,
+    Sheet,
+    sheet_for,
+)
 from flexband.report.shapes.shapes import Line, Mark
 
 
@@ -56,13 +63,10 @@ def draw(
     check_flag("names", names)
     if axes is not None:
         check_instance("axes", axes, Axes, "axes of matplotlib")
-
-    def surface_for(extremes: np.ndarray) -> tuple[MatplotlibSurface, Sheet]:
-        sheet, sheet_axes = _layout(extremes, axes)
-        sheet_axes.update_datalim(sheet.box)  # keeps space for the names
-        return MatplotlibSurface(sheet_axes), sheet
-
-    drawn = draw_on(surface_for, mechanism, sample, names=names, dimensions=dimensions).axes
+    drawing = Drawing.at_start(mechanism, sample)
+    sheet, drawn = _layout(drawing.extremes, axes)
+    drawn.update_datalim(sheet.box)  # keeps space for the names
+    drawing.draw_on(MatplotlibSurface(drawn), sheet, names=names, dimensions=dimensions)
     drawn.margins(0.0)
     drawn.autoscale_view()
     drawn.set_aspect("equal", adjustable="datalim")

@@ -46,6 +46,8 @@ def write_label(canvas: Canvas, placed: PlacedLabel) -> None:
         leader = Line(strokes=(), color="length", width=0.5, layer=2.0)
         canvas.line(np.array([label.place, anchor]), leader)
     canvas.surface.text(centre, label.text, label.lettering)
+    half = canvas.surface.extent(label.text, label.lettering) * canvas.unit / 2
+    canvas.add_ink(np.array([centre - half, centre + half]))
 
 
 def _write_dimension(canvas: Canvas, dimension: Dimension) -> bool:

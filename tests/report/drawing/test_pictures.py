@@ -46,7 +46,7 @@ def test_a_mechanism_fills_its_picture(model):
     places = [re.findall(r"-?[\d.]+", text.get("transform"))[0] for text in texts]
     x += [float(place) for place in places]
     assert max(x) - min(x) > 0.8 * (size[0] - sum(frame))
-    assert size[0] == pytest.approx(870.0 if "slider" in model.bodies else 430.0)
+    assert size[0] == pytest.approx(870.0 if "slider" in model.bodies else 430.0)  # page, column
 
 
 def test_lines_are_drawn_to_scale():

@@ -27,12 +27,12 @@ def mechanism_picture(mechanism: Mechanism) -> str:
     It is as large as a page shows it, and the mechanism fills it up to its names and symbols. Wide
     mechanisms are as wide as a page, others as wide as a column of it.
     """
-    column, page = np.array([430.0, 320.0]), np.array([870.0, 260.0])  # [pt]
+    column, page = np.array([430.0, 320.0]), np.array([870.0, 300.0])  # [pt]
     for_field = np.array([[0.0, 0.0], [54.0, 0.0]])  # space at the right for an arrow [pt]
     drawing = Drawing.at_start(mechanism)
     extremes = drawing.extremes
-    units = [sheet_for(extremes, largest=size).unit for size in (column, page)]
-    largest = page if units[1] < 0.7 * units[0] else column
+    fills_page = sheet_for(extremes, largest=page).space[0] > 0.9 * (page - BEFORE - AFTER)[0]
+    largest = page if fills_page else column
 
     def drawn_on(sheet: Sheet, *, fields: bool = True) -> tuple[SvgAxes, Canvas]:
         axes = SvgAxes(sheet.box, sheet.space, ("X [m]", "Y [m]"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from functools import wraps
 from typing import Any, TypeVar
@@ -30,8 +31,8 @@ def former_arguments(**new_names: str) -> Callable[[Target], Target]:
     new_names : the new name of each argument by its former one.
     """
 
-    def decorate(target: Target) -> Target:
-        if isinstance(target, type):
+    def decorate(target: Any) -> Any:
+        if inspect.isclass(target):
             target.__init__ = _with_former_arguments(  # type: ignore[misc]
                 target.__init__, target.__name__, new_names
             )

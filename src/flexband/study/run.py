@@ -14,7 +14,6 @@ from flexband.errors import InputError
 from flexband.execution.store import Store
 from flexband.study.compiling import compile_ahead
 from flexband.study.folder import StudyFolder
-from flexband.study.free_pins import warn_of_free_pins
 from flexband.study.progress import StudyProgress
 from flexband.study.requirements import checked_requirements, sampled_parts
 from flexband.study.result_hash import identity
@@ -143,7 +142,6 @@ def run_study(
         progress = StudyProgress(study, home, store, about, task)
         with progress.record_study(claim):
             compile_ahead(study)
-            warn_of_free_pins(study)
             # Make the runs: those of the method, and those that verify it.
             files = ResultFiles(home)
             verifying = options.verification_count(study)

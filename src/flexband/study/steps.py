@@ -15,6 +15,7 @@ from flexband.basics.progress import listener
 from flexband.basics.warning import without_warnings
 from flexband.errors import RunsNeeded, ToleranceWarning
 from flexband.execution.executors import ExecutorLike
+from flexband.study.free_pins import warn_of_free_pins
 from flexband.study.nominal import bands_with_nominal
 from flexband.study.progress import StudyProgress
 from flexband.study.results.result_files import ResultFiles
@@ -26,6 +27,7 @@ def write_bands(
 ) -> tuple[AnySurrogate | None, xr.Dataset]:
     """Make the runs; write the surrogate, if the method makes one, and the bands."""
     study = progress.study
+    warn_of_free_pins(study)
     listener().stage("runs")
     how = {"store": progress.store, **execution}
     task = progress.task(study.method.label)

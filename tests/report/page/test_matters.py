@@ -9,7 +9,7 @@ import flexband as fb
 from flexband.analysis.limits.limit_verdicts import LimitCheck, requirement_verdicts
 from flexband.report.page.definitions import definitions
 from flexband.report.text import band_tables
-from flexband.report.text.headline import accuracy_line, headline, what_matters
+from flexband.report.text.headline import headline, what_matters
 from flexband.study.results.reliability import Doubt, DoubtKind
 
 T = np.linspace(0.0, 1.0, 101)
@@ -81,7 +81,9 @@ def test_doubts_and_confirmed_errors_do_not_contradict_each_other():
     opening = "Estimate confirmed: 16 verification runs"
     assert band_tables.remarks(SURROGATE.bands(), verification)[0].startswith(opening)
     larger = verification.assign(implied_error=2 * verification["expected_error"])
-    assert accuracy_line(SURROGATE.bands(), larger).endswith(", not contradicted by 16 new runs.")
+    assert band_tables.accuracy_line(SURROGATE.bands(), larger).endswith(
+        ", not contradicted by 16 new runs."
+    )
     not_trusted = SURROGATE.bands().assign_attrs(not_trusted="far (60 % of it is missed)")
     not_trusted["trusted"] = not_trusted["trusted"].copy(data=[False, True])
     _, rows = band_tables.summary_table(not_trusted, verification)

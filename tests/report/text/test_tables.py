@@ -7,8 +7,7 @@ import xarray as xr
 import flexband as fb
 from flexband.cli.messages import print_table
 from flexband.report.page.answers import limits_table
-from flexband.report.text.band_tables import remarks, summary_table, worst_time
-from flexband.report.text.headline import accuracy_line
+from flexband.report.text.band_tables import accuracy_line, remarks, summary_table, worst_time
 from flexband.report.text.numbers import number, percent, with_minus
 from flexband.uncertainty.surrogates.diagnostics import trust
 

@@ -12,7 +12,7 @@ from flexband.analysis.limits.limit_verdicts import LimitCheck, requirement_verd
 from flexband.basics.rounding import Units
 from flexband.cli import app
 from flexband.report.text import band_tables
-from flexband.report.text.headline import accuracy_line, what_matters
+from flexband.report.text.headline import what_matters
 from flexband.uncertainty.surrogates.axes import units_of
 
 T = np.linspace(0.0, 1.0, 11)
@@ -63,7 +63,7 @@ def test_constants_are_named_and_judged_by_nothing(surrogate):
     assert rows[2][1:3] == ["0 … 0", "0 … 0"]
     assert verification["confirmed"].values.all()
     assert float((verification["implied_error"] / verification["bar_width"]).max()) <= 2e-5
-    assert accuracy_line(bands, None).split(" for ")[1].startswith("y,")
+    assert band_tables.accuracy_line(bands, None).split(" for ")[1].startswith("y,")
 
 
 def test_a_constant_that_new_runs_leave_is_told():

@@ -26,7 +26,6 @@ from flexband.basics.checks import check_integer, check_numbers
 from flexband.basics.former_names import former_arguments
 from flexband.basics.progress import Progress
 from flexband.basics.response import ResponseFunction
-from flexband.basics.words import value_text
 from flexband.errors import InputError
 from flexband.execution.executors import ExecutorLike
 from flexband.execution.store import StoreLike
@@ -170,9 +169,7 @@ def limit_probabilities(
     if not FINEST <= accuracy <= COARSEST:
         raise InputError(f"accuracy must be from {FINEST} to {COARSEST}; got {accuracy:g}")
     if response is None and (not isinstance(runs, int) or runs != RUNS):
-        raise InputError(
-            f"runs requires a response, of which they are made; got runs={value_text(runs)}"
-        )
+        raise InputError(f"runs requires a response, of which they are made; got runs={runs!r}")
     seed = check_integer("seed", seed, 0)
     labels = labels_of(surrogate)
     check_free(labels, "limit", *LONG_NAMES)

@@ -151,7 +151,7 @@ def limits_of(
         raise UsageError(
             "--only selects requirements of the study; omit --below, --above and --during"
         )
-    sides: dict[str | None, dict[str, float]] = {}
+    sides: dict[str | None, dict[str, Any]] = {}
     for side, texts in (("below", below), ("above", above)):
         for text in texts:
             name, _, number = text.rpartition("=")

@@ -28,6 +28,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.report.page.inputs import known_of
     from flexband.report.text.band_tables import (
         CONSTANT,
+        accuracy_line,
         constants,
         deviations,
         mean_error_text,
@@ -35,7 +36,6 @@ if TYPE_CHECKING:  # imported when a command is called
         select,
         unit_of,
     )
-    from flexband.report.text.headline import accuracy_line
     from flexband.report.text.numbers import number, percent_to_tenth
     from flexband.study.presentation.display import Display
     from flexband.study.results.answers import read_answer
@@ -111,9 +111,8 @@ def narrow(
     printed = [(f"Narrowed inputs: error bar μ ± {deviations(after)}", (header, rows))]
     if limits:
         printed.append(("Requirements, margins of μ ± 3σ", limits_table(limits)))
-    sentence = (
-        accuracy_line(after, None) if isinstance(error, float) else f"Estimated error: {error}."
-    )
+    estimated = "expected_error" in after.attrs
+    sentence = accuracy_line(after, None) if estimated else f"Estimated error: {error}."
     mean_widths = dict(zip(("mean_width_before", "mean_width"), widths, strict=True))
     content = {
         "sigmas": sigmas,

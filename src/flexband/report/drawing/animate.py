@@ -186,7 +186,7 @@ def _checked_samples(mechanism: Mechanism, samples: int | Sequence[int]) -> list
             "builds it with numbers, and animate what it returns"
         )
     check_instance("mechanism", mechanism, Mechanism)
-    numbers = list(samples) if isinstance(samples, list | tuple | range) else [samples]
+    numbers = np.atleast_1d(samples).tolist()
     if not numbers:
         raise InputError("samples must be the number of a sample, or several; got none")
     with without_warnings():

@@ -125,8 +125,10 @@ def mp4(pictures: Iterator[np.ndarray], fps: float) -> bytes:
             ["ffmpeg", "-loglevel", "error", "-y", *raw, *made, str(file)],
             stdin=subprocess.PIPE, stdout=messages, stderr=messages,
         )  # fmt: skip
+        pipe = process.stdin
+        assert pipe is not None
         try:
-            with suppress(BrokenPipeError), process.stdin as pipe:  # its messages say why
+            with suppress(BrokenPipeError), pipe:  # its messages say why
                 for picture in chain([first], pictures):
                     pipe.write(picture.tobytes())
             process.wait()

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.paths import path
-from flexband.analysis.selection import AnySurrogate
+from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.basics.checks import check_instance
 from flexband.basics.rounding import unit_of_variable
 from flexband.basics.words import value_text
@@ -45,9 +45,7 @@ def places_of(
     if surrogate is None:
         return {name: _place_of(mechanism, positions, name) for name in names}
     check_instance("surrogate", surrogate, Surrogate | SurrogateOfChoices, "a Surrogate")
-    alternatives = (
-        surrogate.surrogates if isinstance(surrogate, SurrogateOfChoices) else {"": surrogate}
-    )
+    alternatives = surrogates_of(surrogate)
     outputs = set(outputs_of(next(iter(alternatives.values())).labels))
     known = [name for name in positions if outputs.issuperset(_pair(name))]
     for name in names:

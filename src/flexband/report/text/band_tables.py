@@ -18,7 +18,7 @@ from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.diagnostics import unnoticed_text, unseen_share
 from flexband.uncertainty.surrogates.sigmas import bars_vary, relative_errors, with_relative_errors
-from flexband.uncertainty.surrogates.verification_verdict import VerificationRecord
+from flexband.uncertainty.surrogates.verification_verdict import Confirmation, VerificationRecord
 
 Table = tuple[list[str], list[list[str]]]
 """A header and rows."""
@@ -173,6 +173,25 @@ def judged_errors(bands: xr.Dataset) -> dict[str, float]:
     names = outputs_of(bands["mean"])
     share = errors["relative_expected_error"]
     return {name: float(select(share, name).max()) for name in names}
+
+
+def accuracy_line(bands: xr.Dataset, verification: xr.Dataset | None) -> str:
+    """Return the estimated accuracy of the ends of the error bars, and which runs checked it."""
+    shares = judged_errors(bands)
+    if not shares:
+        return "The accuracy of these bands is not estimated by this method."
+    worst = max(shares, key=lambda name: shares[name])
+    text = f"Estimated accuracy: ± {percent(shares[worst])} of the band's width"
+    if len(shares) > 1:
+        text += f" for {worst}, the least accurate output"
+    if verification is None:
+        return f"{text}."
+    record = VerificationRecord.read(verification)
+    if record.confirmed != Confirmation.CONFIRMED:
+        return f"{text}. {verification.attrs['verdict']}."
+    any_excess = (verification["implied_error"] > verification["expected_error"]).values.any()
+    runs = number_of(record.runs - record.runs_failed, "new run")
+    return f"{text}, {'not contradicted' if any_excess else 'checked'} by {runs}."
 
 
 def worst_time(bands: xr.Dataset) -> str:

@@ -20,7 +20,6 @@ from flexband.report.text.numbers import number, percent
 from flexband.requirements.requirement import with_unit
 from flexband.requirements.verdict import RequirementVerdict
 from flexband.study.results.reliability import Doubt
-from flexband.uncertainty.surrogates.verification_verdict import Confirmation, VerificationRecord
 
 MOST = 4
 """Outputs or requirements of which the input that matters most is told."""
@@ -50,7 +49,7 @@ def headline(
     lines = [unpredictable] if unpredictable else [doubt_line(doubt) for doubt in doubts]
     lines += _likelihood(check, doubts)
     if not unpredictable:
-        lines.append(accuracy_line(bands, verification))
+        lines.append(band_tables.accuracy_line(bands, verification))
         if contributions is not None:
             lines.append(what_matters(contributions, verdicts))
     return lines
@@ -82,25 +81,6 @@ def _likelihood(check: LimitCheck | None, doubts: Sequence[Doubt]) -> list[str]:
     of_any = check.probability.isel(limit=-1)
     worst = ", for the worst tolerances" if "probability_at" in of_any else ""
     return [f"Probability of violating a requirement at any time{worst}: {worst_chance(of_any)}."]
-
-
-def accuracy_line(bands: xr.Dataset, verification: xr.Dataset | None) -> str:
-    """Return the estimated accuracy of the ends of the error bars, and which runs checked it."""
-    shares = band_tables.judged_errors(bands)
-    if not shares:
-        return "The accuracy of these bands is not estimated by this method."
-    worst = max(shares, key=lambda name: shares[name])
-    text = f"Estimated accuracy: ± {percent(shares[worst])} of the band's width"
-    if len(shares) > 1:
-        text += f" for {worst}, the least accurate output"
-    if verification is None:
-        return f"{text}."
-    record = VerificationRecord.read(verification)
-    if record.confirmed != Confirmation.CONFIRMED:
-        return f"{text}. {verification.attrs['verdict']}."
-    any_excess = (verification["implied_error"] > verification["expected_error"]).values.any()
-    runs = number_of(record.runs - record.runs_failed, "new run")
-    return f"{text}, {'not contradicted' if any_excess else 'checked'} by {runs}."
 
 
 def _extremes(margins: xr.Dataset) -> list[str]:

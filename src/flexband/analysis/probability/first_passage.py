@@ -311,7 +311,7 @@ def _probabilities_between_times(
 
 
 def _unseen_share(search_state: LimitState, eta: np.ndarray, raw: Estimate) -> float:
-    """Return which share of the samples that violate limits does so at times other than a state's."""
+    """Return the share of the samples that violate limits at times other than a state's."""
     out = raw.margins < 0
     missed = raw.weights[out] * (search_state.least_margins(raw.u[out], eta) >= 0)
     total_weight = raw.weights[out].sum()

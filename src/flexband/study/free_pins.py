@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from flexband.basics.warning import warn
 from flexband.basics.words import number_of
 from flexband.requirements.corridors import ONE_SIDED
+from flexband.requirements.requirement import requirement_tuple
 from flexband.study.definition import StudyDefinition
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.inputs.unfolding import first_case
@@ -25,7 +26,7 @@ def warn_of_free_pins(study: StudyDefinition) -> None:
     only_output = bool(decided) and len(study.source.description(**values).quantities) <= 1
     undecided = [
         str(requirement)
-        for requirement in study.requirements
+        for requirement in requirement_tuple(study.requirements)
         if (requirement.output or requirement.name) not in decided
         and not (requirement.output is None and only_output)
     ]

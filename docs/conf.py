@@ -17,6 +17,9 @@ extensions = [
     "sphinx.ext.linkcode",
     "sphinx.ext.mathjax",
     "sphinx-mathjax-offline",  # equations are drawn without a network
+    "sphinx_copybutton",
+    "executed_blocks",
+    "search_words",
     "source_pages",
 ]
 exclude_patterns = ["_build", "evidence/paper.json"]
@@ -36,6 +39,10 @@ nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 600  # no page takes a tenth of it on a quiet machine
 nb_merge_streams = True
+
+copybutton_selector = "div.highlight pre:not(.cell_output *, .highlight-text *)"
+copybutton_prompt_text = r">>> |\.\.\. |\$ "  # lines without one are output, and are not copied
+copybutton_prompt_is_regexp = True
 
 autosummary_generate = False
 autodoc_typehints = "none"  # docstrings say what is allowed

@@ -24,6 +24,7 @@ shell.run_line_magic("config", "InlineBackend.figure_formats = ['svg']")
 pyplot.rcParams["figure.figsize"] = (6.0, 3.2)
 for name in ("FORCE_COLOR", "CLICOLOR_FORCE"):
     os.environ.pop(name, None)
-EXAMPLES = str(Path(__file__).resolve().parents[1] / "examples")
+examples = Path(__file__).resolve().parents[1] / "examples"
 os.environ["COLUMNS"] = "96"
 os.chdir(tempfile.mkdtemp())
+Path("examples").symlink_to(examples)

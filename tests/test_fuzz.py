@@ -245,6 +245,9 @@ OWN |= {
         lambda: fb.analysis.allocate(BOX, fb.Requirement("response", below=2.5), {"a": 1.0})
     ),
     ("plot_variance_error", "fields"): {"E": FIELD},
+    ("animate", "file"): "motion.gif",
+    ("animate", "points"): ["tip", "b.end"],
+    ("animate", "dpi"): 30.0,
     ("compare", "study"): fb.Study(response, STUDY, fb.PCCI(1, 1)),
     ("compare", "reference"): fb.PCCI(1, 2),
     ("compare", "methods"): [fb.PCCI(1, 1)],

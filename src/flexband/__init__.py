@@ -96,6 +96,7 @@ if TYPE_CHECKING:
     from flexband.mechanics.static_response import static_response as static_response
     from flexband.mechanics.time_functions.interpolation import table as table
     from flexband.mechanics.time_functions.ramps import ramp as ramp
+    from flexband.report.drawing.animate import animate as animate
     from flexband.report.drawing.draw import draw as draw
     from flexband.report.notebook import load_ipython_extension as load_ipython_extension
     from flexband.report.progress import progress_bar as progress_bar

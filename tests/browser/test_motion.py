@@ -137,7 +137,7 @@ def test_the_legend_says_which_arrow_is_the_longest(still_page):
 
 def test_lengths_are_in_metres_as_elsewhere_on_the_page(still_page):
     lengths = still_page.evaluate("[2.5e-7, 2.104e-4, 0.05, 3].map(flexband.shownLength)")
-    assert lengths == ["2.5e-7 m", "0.00021 m", "0.05 m", "3 m"]
+    assert lengths == ["2.5e−7 m", "0.00021 m", "0.05 m", "3 m"]
     assert still_page.locator(".motion-now").inner_text().endswith(" m.")
     trace = still_page.locator(".motion-key-trace")
     style = trace.evaluate("key => getComputedStyle(key, '::before').borderTopStyle")

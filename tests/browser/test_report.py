@@ -86,7 +86,7 @@ def small(tmp_path_factory):
 
 
 def numbers(text):
-    return [float(v) for v in re.findall(r"-?\d+\.?\d*(?:e[-+]?\d+)?", text)]
+    return [float(v) for v in re.findall(r"-?\d+\.?\d*(?:e[-+]?\d+)?", text.replace("−", "-"))]
 
 
 def test_charts_have_the_numbers_of_the_bands(folder, shared_page):

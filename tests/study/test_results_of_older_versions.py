@@ -68,7 +68,7 @@ def test_runs_open_and_are_used_once_that_is_asked_for(folder):
         assert "flexband's mechanics changed. Take another folder" in refusal
         assert "If its runs are valid still" in refusal
         assert "--allow-mismatch" in refusal
-    assert "9 runs" in call("resume", folder, "--allow-mismatch")
+    assert "runs, 16 of them to check the result)" in call("resume", folder, "--allow-mismatch")
     assert (
         fb.execution.open_runs(folder).sizes["run"] <= run_count + 16 + 2
     )  # runs that verify, and repeated

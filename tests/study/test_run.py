@@ -141,7 +141,7 @@ def test_the_command_line_shows_the_result_of_a_program(file, tmp_path):
     assert invocation.exit_code == 0, invocation.output
     text = " ".join(invocation.output.split())
     assert "no run was made" in text
-    made = result.runs + result.verification_runs
+    made = result.runs + result.verification.attrs["runs"]
     assert f"report.html ({made} runs, " in text
     assert "PASS response below 4: met with a margin of" in text
     assert (folder / "report.html").is_file()

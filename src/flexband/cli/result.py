@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from flexband.basics.error_text import error_text
-from flexband.basics.words import number_of
 from flexband.cli.folders import draw_limits
 from flexband.cli.messages import print_json, print_remark, print_table, print_text
 from flexband.errors import InputError
@@ -27,8 +26,8 @@ from flexband.report.text.headline import background
 from flexband.report.text.parts import parts_table, sampling_line
 from flexband.report.text.remarks import remark_line, standing_remarks, untouched_by
 from flexband.report.text.requirement_verdicts import verdict_line
+from flexband.report.text.run_counts import run_count_text
 from flexband.requirements.verdict import RequirementVerdict, Verdict
-from flexband.uncertainty.surrogates.bands import BandRecord
 
 if TYPE_CHECKING:
     from flexband.cli.plan import Plan
@@ -85,7 +84,7 @@ def print_result(
     Without requirements, the table of the bands stands in place of the verdicts.
     """
     verdicts = result.verdicts_in(study.display)
-    title = f"{plan.title}: {result.label}, {number_of(result.runs, 'run')}"
+    title = f"{plan.title}: {result.label}"
     sampled = result.parts
     display_bands = band_tables.predictable_part(study.display.data(result.bands), sampled)
     table = (
@@ -125,9 +124,8 @@ def print_result(
 
 def _files(result: StudyResult, reported: bool, *, verbose: bool) -> list[str]:
     """Return where the report is, of how many runs, and where the other files are if `verbose`."""
-    made = result.runs + result.verification_runs
-    checks = int(BandRecord.read(result.bands).runs_checked) + result.verification_runs
-    counts = f"{number_of(made, 'run')}, {checks} of them to check the result"
+    margins = None if result.limits is None else result.limits.margins
+    counts = run_count_text(result.bands, result.verification, margins)
     file = f"Report: {result.folder / FileName.REPORT}" if reported else f"Data: {result.folder}"
     lines = [f"{file} ({counts})"]
     if verbose:

@@ -34,6 +34,21 @@ def test_the_same_names_and_lengths_are_written_as_by_matplotlib(model):
     assert set(texts(fb.draw(model))) <= texts_in(mechanism_picture(model))
 
 
+@pytest.mark.parametrize("model", [slider_crank(), four_bar()])
+def test_a_mechanism_fills_its_picture(model):
+    picture = tree(mechanism_picture(model))
+    size = [float(number) for number in picture.get("viewBox").split()[2:]]
+    frame = 8.0, 60.0  # [pt]: symbols and names leave little more than the numbers of the axes
+    texts = [text for text in picture.iter(f"{SVG}text") if text.get("font-size") == "9.0"]
+    shapes = [path.get("d") for path in picture.iter(f"{SVG}path")]
+    points = [re.findall(r"(-?[\d.]+) (-?[\d.]+)", d) for d in shapes if "v3.5" not in d]
+    x = [float(a) for pairs in points for a, _ in pairs]
+    places = [re.findall(r"-?[\d.]+", text.get("transform"))[0] for text in texts]
+    x += [float(place) for place in places]
+    assert max(x) - min(x) > 0.8 * (size[0] - sum(frame))
+    assert size[0] == pytest.approx(870.0 if "slider" in model.bodies else 430.0)  # page, column
+
+
 def test_lines_are_drawn_to_scale():
     axes = SvgAxes(np.array([[-1.0, 10.0], [3.0, 30.0]]), np.array([400.0, 100.0]), ("x", "<y>"))
     axes.line(np.array([(-1.0, 10.0), (0.0, 30.0), (np.nan, 0.0), (3.0, 20.0)]), Line(part=""))

@@ -100,5 +100,7 @@ def test_without_a_browser_a_sentence_says_what_to_do(folder, monkeypatch):
 
 
 def test_negative_numbers_have_a_minus_sign():
-    texts = {"-1.2 … -3": "−1.2 … −3", "7e-5": "7e-5", "± -2 N": "± −2 N", "a-1": "a-1"}
+    texts = {"-1.2 … -3": "−1.2 … −3", "7e-5": "7e−5", "± -2 N": "± −2 N", "a-1": "a-1",
+             "-1.3e-05 %": "−1.3e−5 %", "2e+09": "2e9", "case-1e-5": "case-1e-5",
+             "v1e-5": "v1e-5"}  # fmt: skip
     assert {text: with_minus(text) for text in texts} == texts

@@ -87,9 +87,11 @@ class Canvas:
     names: bool
     dimensions: bool
     ink: list[np.ndarray] = field(default_factory=list)  # points [m] that are covered
+    keeps_ink: bool = True  # whether ink is recorded, which names without a place need
     # what is to be written
     labels: list[Label] = field(default_factory=list)
     measured: list[Dimension] = field(default_factory=list)
+    is_crowded: bool = False  # whether no corner was empty for the arrow of a field
     notes: list[str] = field(default_factory=list)
 
     def places(self, stroke: Stroke) -> np.ndarray:
@@ -181,6 +183,7 @@ class Canvas:
         (left, bottom), (right, top) = self.box[0] + inset, self.box[1] - inset
         corners = [np.array(corner) for corner in product((right, left), (top, bottom))]
         place = min(corners, key=lambda corner: self.ink_count(corner, 2 * half))
+        self.is_crowded |= self.ink_count(place, 1.3 * half) > 0
         if np.any(field.vector):
             shaft = self.local(place, field.vector, [(-half, 0), (half, 0)])
             self.arrow(shaft, arrow((), color="load", part=field.part))
@@ -200,6 +203,8 @@ class Canvas:
 
     def add_ink(self, points: np.ndarray, width: float = 1.0) -> None:
         """Add a stroke through points [m] of a width [pt]; of a wide stroke, its edges."""
+        if not self.keeps_ink:
+            return
         shifts = width / 2 * self.unit * np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
         count = 4 if width > 2.0 else 1
         self.ink += [self.dense(points) + shift for shift in shifts[:count]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,7 +14,14 @@ from matplotlib.textpath import TextPath
 from flexband.basics.checks import check_flag, check_instance
 from flexband.mechanics.model.mechanism import Mechanism
 from flexband.report.drawing.canvas import COLORS, Lettering
-from flexband.report.drawing.sheet import AFTER, BEFORE, POINTS_PER_INCH, Sheet, draw_on, sheet_for
+from flexband.report.drawing.sheet import (
+    AFTER,
+    BEFORE,
+    POINTS_PER_INCH,
+    Drawing,
+    Sheet,
+    sheet_for,
+)
 from flexband.report.shapes.shapes import Line, Mark
 
 
@@ -55,13 +63,10 @@ def draw(
     check_flag("names", names)
     if axes is not None:
         check_instance("axes", axes, Axes, "axes of matplotlib")
-
-    def surface_for(extremes: np.ndarray) -> tuple[MatplotlibSurface, Sheet]:
-        sheet, sheet_axes = _layout(extremes, axes)
-        sheet_axes.update_datalim(sheet.box)  # keeps space for the names
-        return MatplotlibSurface(sheet_axes), sheet
-
-    drawn = draw_on(surface_for, mechanism, sample, names=names, dimensions=dimensions).axes
+    drawing = Drawing.at_start(mechanism, sample)
+    sheet, drawn = _layout(drawing.extremes, axes)
+    drawn.update_datalim(sheet.box)  # keeps space for the names
+    drawing.draw_on(MatplotlibSurface(drawn), sheet, names=names, dimensions=dimensions)
     drawn.margins(0.0)
     drawn.autoscale_view()
     drawn.set_aspect("equal", adjustable="datalim")
@@ -71,11 +76,8 @@ def draw(
 def _layout(extremes: np.ndarray, axes: Axes | None) -> tuple[Sheet, Axes]:
     """Return a sheet, and axes for it; without axes, those of a new figure of its size."""
     new = axes is None
-    axes = axes or Figure().add_subplot()
+    axes = labelled_axes(Figure() if axes is None else axes)
     figure = axes.figure.figure
-    axes.set(xlabel="X [m]", ylabel="Y [m]")
-    axes.spines[:].set_color(COLORS["muted"])
-    axes.tick_params(color=COLORS["muted"], labelsize=8)
     if not new:
         figure.draw_without_rendering()  # computes the layout
         size = np.array(axes.get_window_extent().size) / figure.dpi
@@ -85,6 +87,15 @@ def _layout(extremes: np.ndarray, axes: Axes | None) -> tuple[Sheet, Axes]:
     figure.set_size_inches(width / POINTS_PER_INCH, height / POINTS_PER_INCH)
     axes.set_position((*(BEFORE / total), *(sheet.space / total)))
     return sheet, axes
+
+
+def labelled_axes(place: Figure | Axes) -> Axes:
+    """Return axes, those of a new figure if one is given, with the look of a drawing."""
+    axes = place.add_subplot() if isinstance(place, Figure) else place
+    axes.set(xlabel="X [m]", ylabel="Y [m]")
+    axes.spines[:].set_color(COLORS["muted"])
+    axes.tick_params(color=COLORS["muted"], labelsize=8)
+    return axes
 
 
 @dataclass(frozen=True)
@@ -125,9 +136,13 @@ class MatplotlibSurface:
         self.axes.text(0.01, 0.01, text, transform=self.axes.transAxes, fontsize=size)
 
     def extent(self, text: str, lettering: Lettering) -> np.ndarray:
-        size = lettering.size
-        box = TextPath((0, 0), text, size=size, prop=FontProperties()).get_extents()
-        return np.array([box.width, size])
+        return np.array([_text_width(text, lettering.size), lettering.size])
+
+
+@lru_cache(maxsize=1024)
+def _text_width(text: str, size: float) -> float:
+    """Return the width of a text [pt]."""
+    return TextPath((0, 0), text, size=size, prop=FontProperties()).get_extents().width
 
 
 def _dashes(style: Line) -> str | tuple[int, list[float]]:

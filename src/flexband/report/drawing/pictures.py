@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.mechanics.model.mechanism import Mechanism
-from flexband.report.drawing.sheet import AFTER, BEFORE, Sheet, draw_on, sheet_for
+from flexband.report.drawing.canvas import Canvas
+from flexband.report.drawing.sheet import AFTER, BEFORE, Drawing, Sheet, sheet_for, space_around
 from flexband.report.drawing.svg import SvgAxes, svg_address
 from flexband.report.shapes.shapes import Line
 from flexband.uncertainty.inputs.fields.field import Field
@@ -21,13 +22,27 @@ ALONG = {"position": "position [m]", "time": "time [s]", "": "position [m] or ti
 
 
 def mechanism_picture(mechanism: Mechanism) -> str:
-    """Return a drawing of a mechanism at its start, as `draw` makes it, as an image's address."""
+    """Return a drawing of a mechanism at its start, as `draw` makes it, as an image's address.
 
-    def surface_for(extremes: np.ndarray) -> tuple[SvgAxes, Sheet]:
-        sheet = sheet_for(extremes)
-        return SvgAxes(sheet.box, sheet.space, ("X [m]", "Y [m]")), sheet
+    It is as large as a page shows it, and the mechanism fills it up to its names and symbols. Wide
+    mechanisms are as wide as a page, others as wide as a column of it.
+    """
+    column, page = np.array([430.0, 320.0]), np.array([870.0, 300.0])  # [pt]
+    for_field = np.array([[0.0, 0.0], [54.0, 0.0]])  # space at the right for an arrow [pt]
+    drawing = Drawing.at_start(mechanism)
+    extremes = drawing.extremes
+    fills_page = sheet_for(extremes, largest=page).space[0] > 0.9 * (page - BEFORE - AFTER)[0]
+    largest = page if fills_page else column
 
-    axes = draw_on(surface_for, mechanism)
+    def drawn_on(sheet: Sheet, *, fields: bool = True) -> tuple[SvgAxes, Canvas]:
+        axes = SvgAxes(sheet.box, sheet.space, ("X [m]", "Y [m]"))
+        return axes, drawing.draw_on(axes, sheet, fields=fields)
+
+    _, canvas = drawn_on(sheet_for(extremes, largest=largest), fields=False)
+    around = space_around(canvas, extremes)
+    axes, canvas = drawn_on(sheet_for(extremes, largest=largest, around=around))
+    if canvas.is_crowded:
+        axes, _ = drawn_on(sheet_for(extremes, largest=largest, around=around + for_field))
     width, height = BEFORE + axes.size + AFTER
     return svg_address(width, height, [axes.picture(BEFORE[0], AFTER[1])])
 

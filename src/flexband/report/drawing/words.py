@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,11 +16,38 @@ def write(canvas: Canvas) -> None:
     short = [d for d in canvas.measured if not _write_dimension(canvas, d)]
     grey = Lettering("length")
     labels = canvas.labels + [Label(p.mean(axis=0), text, False, grey) for p, text, _ in short]
-    boxes: list[tuple[np.ndarray, np.ndarray]] = []
-    for label in sorted(_merge_labels(canvas, labels), key=lambda label: -len(label.text)):
-        _write_label(canvas, label, boxes)
+    for placed in place_labels(canvas, labels):
+        write_label(canvas, placed)
     if canvas.notes:
         canvas.surface.note("without a place: " + ", ".join(canvas.notes))
+
+
+class PlacedLabel(NamedTuple):
+    """A label, and where it is written."""
+
+    label: Label
+    centre: np.ndarray  # of the text [m]
+    with_leader: bool  # whether a line connects the text with its place
+
+
+def place_labels(canvas: Canvas, labels: list[Label]) -> Iterator[PlacedLabel]:
+    """Give labels, those of the same place joined, each where it covers the least ink so far."""
+    boxes: list[tuple[np.ndarray, np.ndarray]] = []
+    merged = sorted(_merge_labels(canvas, labels), key=lambda label: -len(label.text))
+    yield from (_place_label(canvas, label, boxes) for label in merged)
+
+
+def write_label(canvas: Canvas, placed: PlacedLabel) -> None:
+    """Write a name, and the line to its place."""
+    label, centre, with_leader = placed
+    if with_leader:
+        half = canvas.surface.extent(label.text, label.lettering) * canvas.unit / 2
+        anchor = np.clip(label.place, centre - half, centre + half)
+        leader = Line(strokes=(), color="length", width=0.5, layer=2.0)
+        canvas.line(np.array([label.place, anchor]), leader)
+    canvas.surface.text(centre, label.text, label.lettering)
+    half = canvas.surface.extent(label.text, label.lettering) * canvas.unit / 2
+    canvas.add_ink(np.array([centre - half, centre + half]))
 
 
 def _write_dimension(canvas: Canvas, dimension: Dimension) -> bool:
@@ -80,13 +108,15 @@ def _merge_labels(canvas: Canvas, labels: list[Label]) -> list[Label]:
     return list(merged.values())
 
 
-def _write_label(canvas: Canvas, label: Label, boxes: list[tuple[np.ndarray, np.ndarray]]) -> None:
-    """Write a name where it covers least and add its centre and size [m] to the boxes."""
+def _place_label(
+    canvas: Canvas, label: Label, boxes: list[tuple[np.ndarray, np.ndarray]]
+) -> PlacedLabel:
+    """Place a name where it covers least, and add its centre and size [m] to the boxes."""
     # Cost of a distance of 1 pt, and of text on text or outside the axes, in points of covered ink
     distance_cost = 0.1
     overlap_cost = 100.0
-    label_padding = 3.0  # free space [pt] around a name
     leader_distance = 20.0  # distance [pt] from which on a line connects a name with its place
+    label_padding = 3.0  # free space [pt] around a name
     turns = np.arange(0.0, 2.0, 0.125) * np.pi
     label_directions = np.stack([np.cos(turns), np.sin(turns)], axis=1)
     # Distances [pt] of a name from its place that are tried
@@ -107,15 +137,8 @@ def _write_label(canvas: Canvas, label: Label, boxes: list[tuple[np.ndarray, np.
     for middle, extent in boxes:
         cost += overlap_cost * _within(middle[None], centres, half + extent / 2)[:, 0]
     best = int(np.argmin(cost))
-    distance = distances[best]
-    centre = centres[best]
-    boxes.append((centre, size))
-    if distance > leader_distance:
-        anchor = np.clip(label.place, centre - size / 2, centre + size / 2)
-        canvas.line(
-            np.array([label.place, anchor]), Line(strokes=(), color="length", width=0.5, layer=2.0)
-        )
-    canvas.surface.text(centre, label.text, label.lettering)
+    boxes.append((centres[best], size))
+    return PlacedLabel(label, centres[best], bool(distances[best] > leader_distance))
 
 
 def _within(points: np.ndarray, centres: np.ndarray, half: np.ndarray) -> np.ndarray:

@@ -190,7 +190,9 @@ def derived_table(bands: xr.Dataset) -> Table:
         scale = float(abs(bands[name]).max())
         row = [title, *(number(v, 5, scale) for v in ends)]
         rows.append([*row, *(number(bands[k].max(), 2) if k in bands else "" for k in errors)])
-    return ["", "lowest", "highest", "sampling error", "expected error"], rows
+    unit = f" [{bands['unit'].values}]" if "unit" in bands.coords and not bands["unit"].ndim else ""
+    columns = ("lowest", "highest", "sampling error", "expected error")
+    return ["", *(f"{column}{unit}" for column in columns)], rows
 
 
 def limits_table(

@@ -158,10 +158,13 @@ def numbers(bands: xr.Dataset, *, max_rows: int = 25) -> list[tuple[str, Table]]
         error = next((some[k].values for k in ERRORS if k in some), None)
         columns = [some[dim].values]
         columns += [row for k in ("mean", "error_bar") for row in some[k].transpose("bound", dim)]
-        header = [str(dim), "lowest mean", "highest mean", "bar from", "to"]
+        of_output = ["lowest mean", "highest mean", "bar from", "to"]
         if error is not None:
             columns = [*columns, error]
-            header = [*header, "expected error"]
+            of_output = [*of_output, "expected error"]
+        of_dim = unit_of_variable(some[dim], "s" if dim == "time" else "")
+        unit = unit_of(output_bands)
+        header = [f"{dim} [{of_dim}]" if of_dim else str(dim), *(f"{k}{unit}" for k in of_output)]
         scales = [0.0, *[float(abs(output_bands["error_bar"]).max())] * 4, 0.0]
         rows = [
             [number(v, 5, scale) for v, scale in zip(row, scales, strict=False)]

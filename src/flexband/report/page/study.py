@@ -92,7 +92,7 @@ def write_report(
         "study.html.j2",
         scripts,
         title=page_record["title"],
-        about=heading(page_record, bands),
+        about=heading(page_record, bands, verification, limits),
         title_block=[
             (name, page_record["title_block"][field])
             for field, name in FIELDS.items()
@@ -135,7 +135,7 @@ def write_report(
             *fixed,
         ],
         definitions=definitions(bands, page_record["inputs"], limits, probability),
-        computed=computed_rows(page_record, bands, limits),
+        computed=computed_rows(page_record, bands, verification, limits),
         data={
             "charts": charts,
             "motion": page_record.get("motion"),

@@ -39,5 +39,13 @@ def percent_to_tenth(part: float) -> str:
 
 
 def with_minus(text: str) -> str:
-    """Return a text whose negative numbers have a minus sign, as axes have, and no hyphen."""
-    return re.sub(r"(?<![\w.])-(?=[\d.])", "−", text)
+    """Return a text whose numbers and powers of ten have a minus sign, as axes have, no hyphen.
+
+    Powers lose their zeros: 1.3e-05 is 1.3e−5.
+    """
+    signed = re.sub(r"(?<![\w.])-(?=[\d.])", "−", text)
+    return re.sub(r"(?<![\w.-])(−?\d+(?:\.\d+)?e)([-+])0*(?=\d)", _power, signed)
+
+
+def _power(match: re.Match[str]) -> str:
+    return match[1] + ("−" if match[2] == "-" else "")

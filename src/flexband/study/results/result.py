@@ -105,13 +105,6 @@ class StudyResult:
         return int(BandRecord.read(self.bands).runs)
 
     @property
-    def verification_runs(self) -> int:
-        """Number of further runs that verify the result."""
-        if self.verification is None:
-            return 0
-        return int(VerificationRecord.read(self.verification).runs)
-
-    @property
     def result_files(self) -> list[str]:
         """Names of the files that no command but ``flexband run`` writes."""
         return [name for name in self.files if name != FileName.CONTRIBUTIONS]

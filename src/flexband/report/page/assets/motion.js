@@ -31,7 +31,7 @@ flexband.MotionPlayer = class {
       type: "range", min: 0, max: count - 1, step: 1, value: 0, "aria-label": "time of the drawing",
     });
     this.output = element("span", { className: "motion-time" });
-    const real = Number(this.duration.toPrecision(3));
+    const real = flexband.power(Number(this.duration.toPrecision(3)));
     this.speed = this.select([["8 s", 8], ["30 s", 30], [`${real} s, real time`, 0]], 8);
     const factors = [...new Set([1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, this.options.factor])];
     this.factor = this.select(factors.map((f) => [`× ${f}`, f]), this.options.factor);
@@ -194,7 +194,7 @@ flexband.MotionPlayer = class {
   /** Return a time with as many digits as tell apart instants of the motion. */
   seconds(time) {
     const step = this.duration / Math.max(1, this.scene.count - 1) || 1;
-    return `${time.toFixed(Math.max(0, Math.min(6, -Math.floor(Math.log10(step)))))} s`;
+    return `${flexband.withMinus(time.toFixed(Math.max(0, Math.min(6, -Math.floor(Math.log10(step))))))} s`;
   }
 
   /** Draw with other colours or options. */
@@ -213,7 +213,7 @@ flexband.MotionPlayer = class {
       parts.push(entry("sample", `${samples} ${samples === 1 ? "sample" : "samples"} of the inputs, ${often}`));
     }
     if (options.forces && largestForce) {
-      const { name, time } = largestAt, size = Number(largestForce.toPrecision(3));
+      const { name, time } = largestAt, size = flexband.power(Number(largestForce.toPrecision(3)));
       parts.push(entry("reaction", `reactions; the longest arrow is ${size} N, at ${name}, t = ${this.seconds(time)}`));
     }
     if (data.forces.some((own) => own.kind === "force") && options.forces) parts.push(entry("load", "applied forces"));

@@ -9,11 +9,14 @@ flexband.number = function (v, size = Infinity) {
   return flexband.power(Number(v.toPrecision(Math.min(Math.max(5, digits), 15))));
 };
 
-/** Return a number as text: 0.0123 and 12300, but 7.67e-5 and 2.8e9, as report/text/numbers.py does. */
+/** Return a number as text: 0.0123 and −12300, but 7.67e−5 and 2.8e9, as report/text/numbers.py does. */
 flexband.power = function (v) {
   const size = Math.abs(v), [head, power] = v.toExponential().split("e");
-  return size >= 1e6 || (size > 0 && size < 1e-4) ? `${head}e${Number(power)}` : String(v);
+  return flexband.withMinus(size >= 1e6 || (size > 0 && size < 1e-4) ? `${head}e${Number(power)}` : String(v));
 };
+
+/** Return the text of a number with minus signs, as axes have, in place of hyphens. */
+flexband.withMinus = (text) => text.replaceAll("-", "−");
 
 /** Return the number rounded down to 1, 2 or 5 times a power of ten. */
 flexband.roundNumber = function (value) {

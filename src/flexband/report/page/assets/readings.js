@@ -17,11 +17,12 @@ flexband.readingOf = function ({ all, output, charts, x }, k) {
   const finest = (all.bar[1][k] - all.bar[0][k]) / 1000 || Infinity;
   const range = (pair) => `${g(pair[0][k], finest)} … ${g(pair[1][k], finest)}`;
   const spread = ([low, high]) => high[k] - low[k], wider = 1 - spread(all.mean) / spread(all.bar);
-  let text = `${name} = ${g(x[k])} ${unit}: interval mean ${range(all.mean)}, ` +
-    `error bar ${range(all.bar)} ${output.unit}`;
+  const of = output.unit ? ` ${output.unit}` : "";
+  let text = `${name} = ${g(x[k])} ${unit}: interval mean ${range(all.mean)}${of}, ` +
+    `error bar ${range(all.bar)}${of}`;
   if (wider > 0 && wider < 0.01) text += ` (only ${g(Number((100 * wider).toPrecision(2)))} % wider)`;
-  if (all.nominal) text += `, nominal ${g(all.nominal[k], finest)}`;
-  if (all.error) text += `; expected error ± ${g(all.error[k])}`;
+  if (all.nominal) text += `, nominal ${g(all.nominal[k], finest)}${of}`;
+  if (all.error) text += `; expected error ± ${g(all.error[k])}${of}`;
   return `${text}.`;
 };
 
@@ -37,7 +38,8 @@ flexband.backgroundOf = function (chart, k) {
     const others = few ? `; others matter by less than ${100 * flexband.HARDLY} % of the width` : "";
     told.push(`Lowest with ${at(0)}; highest with ${at(1)}${others}.`);
   }
-  const parts = Object.entries(output.errors || {}).map(([w, e]) => `${w} ${g(e.values[k])}`);
+  const parts = Object.entries(output.errors || {}).map(([w, e]) =>
+    `${w} ${g(e.values[k])} ${output.unit}`.trimEnd());
   if (parts.length) told.push(`Parts of the expected error: ${parts.join(", ")}.`);
   return told.join(" ");
 };

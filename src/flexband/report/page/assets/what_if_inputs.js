@@ -103,7 +103,7 @@ flexband.WhatIfInputs = class {
   label() {
     const { intervals, sizes } = this.data;
     const own = intervals.flatMap(({ name, scale }, k) =>
-      this._narrower(k) ? [`${name} ${this.ends(k).map((x) => Number((x * scale).toPrecision(12))).join(" … ")}`] : []);
+      this._narrower(k) ? [`${name} ${this.ends(k).map((x) => flexband.power(Number((x * scale).toPrecision(12)))).join(" … ")}`] : []);
     own.push(...sizes.flatMap(({ name, word }, k) =>
       this.scales[k] === 1 ? [] : [`${word} of ${name} × ${this.scales[k]}`]));
     return own.join(", ");

@@ -25,7 +25,7 @@ flexband.starters.push(function (everything) {
   }
 
   /** Return a number without the rounding of its last digits. */
-  const tidy = (number) => String(Number(number.toPrecision(12)));
+  const tidy = (number) => flexband.withMinus(String(Number(number.toPrecision(12))));
 
   /** Return the controls of an interval: two ends on the track of what the runs cover. */
   function interval({ name, unit, lower, upper, scale }, k) {
@@ -34,7 +34,7 @@ flexband.starters.push(function (everything) {
       `${end} end of ${name}`, 0, STEPS, (to) => inputs.move(k, e, to, symmetric.checked)));
     const range = element("span", { className: "what-if-range" });
     update.push(() => {
-      const [low, high] = inputs.ends(k).map((x) => x * scale), middle = Number(((low + high) / 2).toPrecision(8));
+      const [low, high] = inputs.ends(k).map((x) => x * scale), middle = shown((low + high) / 2, 8);
       value.textContent = `${tidy(low)} … ${tidy(high)} (${middle} ± ${shown((high - low) / 2)})${suffix}`;
       thumbs.forEach((own, e) => {
         own.value = inputs.intervals[k][e];

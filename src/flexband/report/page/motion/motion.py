@@ -18,6 +18,7 @@ from flexband.mechanics.static_response import StaticResponse
 from flexband.report.page.arrays import JsonRecord, pack
 from flexband.report.page.motion.record import force_arrows, record_shapes, traces_of
 from flexband.report.shapes.mechanism import extent, sketch_mechanism
+from flexband.report.shapes.motion import sketch_in_motion, unit_directions
 from flexband.report.shapes.scene import Scene
 from flexband.report.shapes.sketch import Outline
 from flexband.report.shapes.tracks import Tracks
@@ -80,18 +81,12 @@ def _of_mechanism(
     if not finite_samples[0]:
         raise RunError("the nominal motion fails", {})
     parts = tracks.split(outputs[finite_samples])
-    lengths = np.hypot(*np.moveaxis(parts["direction"][0], 1, 0))[:, None]
-    parts["direction"] = parts["direction"] / np.where(lengths > 0, lengths, 1.0)
+    parts["direction"] = unit_directions(parts["direction"])
     position = parts["position"][0]
     direction = parts["direction"][0]
     box = extent(sketch, position, direction)
     unit = float(((box[1] - box[0]) / picture).max()) or 1.0
-    along = {
-        name: ((position[slider] - position[guide]) * direction[turn]).sum(axis=0)
-        for name, (slider, guide, turn) in sketch.guides.items()
-    }
-    ranges = {name: (float(x.min()), float(x.max())) for name, x in along.items()}
-    in_motion = sketch_mechanism(scene, tracks, unit, ranges=ranges)
+    in_motion = sketch_in_motion(sketch, position, direction, unit)
     motion = {
         "times": pack(times),
         **({"places": pack(np.interp(times, *course))} if course else {}),

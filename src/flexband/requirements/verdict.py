@@ -27,13 +27,13 @@ class Reason(StrEnum):
     MARGIN = "margin"
     """The margin, or the probability, is farther from what is allowed than its error."""
     RUN = "run"
-    """A run at these values leaves the bounds, whatever the accuracy of the surrogate."""
+    """A run at these values violates the bounds, whatever the accuracy of the surrogate."""
     ERROR = "error"
     """The error is larger than the margin."""
     BETWEEN = "between times"
     """The bounds are left only between output times, where no error is stated."""
     RUNS_DIFFER = "runs differ"
-    """A run leaves bounds that the expansion keeps, or none does, and it is not accurate."""
+    """A run violates bounds that the expansion meets, or none does, and it is not accurate."""
     NOT_JUDGED = "not judged"
     """No runs judge the surrogate, or its tail, so no error can be stated."""
     NOT_TRUSTED = "not trusted"
@@ -66,7 +66,7 @@ class RequirementVerdict:
     dim, dim_unit, place : where the margin is least; "" without a last dim.
     input, input_share : which input widens the error bar most there, and by which part of it; ""
         if that is not known.
-    share : probability, or share of parts, that leaves the bounds, with its interval; NaN if none
+    share : probability, or share of parts, that violates the bounds, with its interval; NaN if none
         is stated.
     why : why it could not be checked; "" if it was.
     remarks : what runs warn of that touches its output, what undecides it first.

@@ -98,7 +98,7 @@ def series_with_limits(
 
 @dataclass(frozen=True, eq=False)
 class Adjusted:
-    """A response whose compensators are adjusted to keep limits."""
+    """A response whose compensators are adjusted to meet requirements."""
 
     expansions: Sequence[Expansion]  # of the series that are limited, in η from −1 to 1
     bounds: np.ndarray  # lower and upper limit, (2, series)

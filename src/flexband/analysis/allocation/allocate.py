@@ -1,4 +1,4 @@
-"""The cheapest tolerances with which limits are kept at every instant."""
+"""The cheapest tolerances that meet requirements at every instant."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The cheapest tolerances for a stated probability of leaving limits: a chance constraint.
+"""The cheapest tolerances for a stated probability of violating limits: a chance constraint.
 
-The probability of leaving any limit at any time is estimated by importance sampling, where it is
+The probability of violating any limit at any time is estimated by importance sampling, where it is
 largest over the interval inputs. Near these tolerances it is a function of them by the same rare
 samples (common random numbers), a smooth one if margins g count as Φ(−g/s) with a small s. This
 function replaces it in a search within a trust region, at whose end it is estimated again.
@@ -70,7 +70,7 @@ class ChanceOptions:
 
 @dataclass(frozen=True, eq=False)
 class ExceedanceEstimate:
-    """How likely limits are left with some tolerances, where it is the most likely."""
+    """How likely limits are violated with some tolerances, where it is the most likely."""
 
     x: np.ndarray  # the search's variables
     place: np.ndarray  # in the box of the tolerances, (m,)
@@ -82,7 +82,7 @@ class ExceedanceEstimate:
 
 @dataclass(frozen=True, eq=False)
 class Chance:
-    """The cheapest tolerances for a probability of leaving limits."""
+    """The cheapest tolerances for a probability of violating limits."""
 
     surrogate: Surrogate  # with the largest tolerances
     tolerances: Tolerances
@@ -91,7 +91,7 @@ class Chance:
     options: ChanceOptions = field(default_factory=ChanceOptions)
 
     def cheapest(self, x: np.ndarray) -> ExceedanceEstimate:
-        """Return the cheapest tolerances from x; raise `InputError` if none keep the limits."""
+        """Return the cheapest tolerances from x; raise `InputError` if none meet requirements."""
         (low, high), options = self.tolerances.bounds, self.options
         best: ExceedanceEstimate | None = None
         now = self.estimate_exceedance(x)
@@ -108,7 +108,7 @@ class Chance:
                 saving < options.min_saving * abs(self._cost(x)) or np.all(x >= high)
             ):
                 break
-            if not len(now.rare_samples.u):  # nothing leaves the limits
+            if not len(now.rare_samples.u):  # nothing violates the limits
                 is_tolerance = np.arange(len(x)) < len(self.tolerances.names)
                 x = np.clip(x + options.trust * is_tolerance, low, high)
                 continue
@@ -129,7 +129,7 @@ class Chance:
         return best
 
     def estimate_exceedance(self, x: np.ndarray) -> ExceedanceEstimate:
-        """Estimate the largest probability that limits are left with some tolerances."""
+        """Estimate the largest probability that limits are violated with some tolerances."""
         rng = np.random.default_rng(0)
         state = self._narrow(x)
         space = self.surrogate.space

@@ -6,8 +6,8 @@ than three expected errors of the surrogate. Vertices whose margins on the surro
 this are run as well.
 
 The random inputs of a run are where the response is μ ± kσ, to first order. Where the response is
-far inside this there, as where it is bounded, the run shows that the limit is kept, and tells
-nothing of μ ± kσ: that this keeps the limit is inferred by the surrogate.
+far inside this there, as where it is bounded, the run shows that the requirement is met, and tells
+nothing of μ ± kσ: that this meets the requirement is inferred by the surrogate.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Confirmed:
     shift: np.ndarray  # by how much the search made limits tighter, or looser, (2, series)
     run_margins: np.ndarray  # of the last runs at the binding points, NaN without, (points,)
     runs: int = 0
-    feasible: bool = False  # whether the last runs keep the limits
+    feasible: bool = False  # whether the last runs meet the requirements
     inferred: bool = False  # whether μ ± kσ keeps some of them by the surrogate alone
     changed: bool = False  # whether the runs have moved the tolerances
 

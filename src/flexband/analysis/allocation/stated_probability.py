@@ -75,7 +75,7 @@ def allocated_by_chance(
 
 
 def _first_tolerances(chance: Chance) -> np.ndarray:
-    """Return tolerances that keep limits by μ ± kσ, k = −Φ⁻¹(P), or a smaller k if none do."""
+    """Return tolerances that meet requirements by μ ± kσ, k = −Φ⁻¹(P), or by a smaller k."""
     k = -float(ndtri(chance.probability))
     m = chance.surrogate.space.interval_dimension
     corridor = joint({str(k): limit for k, limit in enumerate(chance.corridors)})

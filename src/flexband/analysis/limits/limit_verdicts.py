@@ -22,7 +22,7 @@ from flexband.requirements.verdict import Reason, RequirementVerdict, Verdict
 
 
 class LimitCheck(NamedTuple):
-    """Whether limits are kept.
+    """Whether requirements are met.
 
     Attributes
     ----------
@@ -206,7 +206,7 @@ def _of_worst(check: LimitCheck, criterion: str) -> bool:
 
 
 def _share(check: LimitCheck, k: int, criterion: str) -> tuple[float, float, float]:
-    """Return which share leaves the bounds with the worst intervals, and its interval.
+    """Return which share violates the bounds with the worst intervals, and its interval.
 
     That of sampled parts is a mean over their tolerances: the worst ones have the same or more.
     """

@@ -170,7 +170,7 @@ def yields(
 ) -> xr.Dataset:
     """Return the variables of `production_yield` of samples, of which some are lost.
 
-    Intervals include what may leave bounds between the times, or by the error of the runs.
+    Intervals include what may violate bounds between the times, or by the error of the runs.
     """
     names = list(by_name(requirements))
     if len(names) > 1:
@@ -188,7 +188,7 @@ def yields(
 def samples_decide(requirements: Sequence[Requirement], surrogate: Surrogate) -> bool:
     """Return whether samples of the parts decide a requirement: one on their share.
 
-    The probability of leaving bounds is that for the worst intervals, of which they tell nothing.
+    The probability of violating bounds is that for the worst intervals, of which they tell nothing.
     They do not decide either where the surrogate corrects an error that they have.
     """
     shares = {ShareOfParts} if surrogate.space.interval_dimension else {ShareOfParts, Probability}

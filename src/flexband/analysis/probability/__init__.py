@@ -1,4 +1,4 @@
-"""Probabilities of leaving limits."""
+"""Probabilities of violating limits."""
 
 FINEST = 0.002
 COARSEST = 0.5

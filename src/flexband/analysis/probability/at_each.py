@@ -1,7 +1,7 @@
 """The probability of being outside limits at each single time, as bounds over the intervals.
 
 The values of the interval inputs are searched at each time on its own, with common weighted samples
-around the rare samples at the ends of the probability of leaving limits at any time.
+around the rare samples at the ends of the probability of violating limits at any time.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def at_each_time(
     """Return probabilities with their confidence intervals, (3, 2, series), and η, (2, series, m).
 
     `rare_at_ends` and `ends` are rare samples and estimates at the least and the largest
-    probability of leaving the limits at any time, which bound those at each time. Without such
+    probability of violating the limits at any time, which bound those at each time. Without such
     samples the probabilities are zero, and η is that of the middle of the intervals.
     """
     upper_bounds = np.array([estimate.confidence()[1] for estimate in ends])[:, None]

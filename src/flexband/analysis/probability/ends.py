@@ -1,4 +1,4 @@
-"""Values of the interval inputs at which the probability of leaving limits is least and largest.
+"""Values of the interval inputs at which the probability of violating limits is least and largest.
 
 Probabilities at different η are compared with the same samples u (common random numbers), which are
 those of a mixture around rare samples at several η. A search needs a function that is smooth and
@@ -195,7 +195,7 @@ class _EndSearch:
         """Return the η with the largest probability, or the least if the sign is −1, and the noise.
 
         The common samples are around rare samples at all of the `places`, (places, m), that are
-        compared: those of a few may hardly see what leaves the limits at another. For the search
+        compared: those of a few may hardly see what violates the limits at another. For the search
         near the best place, `scaled_state` has margins relative to their scatter.
         """
         options = self.options

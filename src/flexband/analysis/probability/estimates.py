@@ -1,4 +1,4 @@
-"""The probability of leaving limits at one η, by importance sampling, with its confidence.
+"""The probability of violating limits at one η, by importance sampling, with its confidence.
 
 The mixture is built around rare samples and then fixed, so that the samples after it are
 independent and the mean of weights is unbiased. The same samples give the probability at each time,
@@ -47,7 +47,7 @@ class ImportanceOptions:
     """How rare samples are searched."""
 
     def has_uneven_weights(self, weights: np.ndarray, count: int) -> bool:
-        """Return whether weights of samples that leave limits are very unequal, or these too many.
+        """Return whether weights of samples that violate limits are very unequal, or too many.
 
         They are too many as a part of the `count` of all samples.
         """
@@ -59,7 +59,7 @@ class ImportanceOptions:
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """The probability of leaving limits at one η.
+    """The probability of violating limits at one η.
 
     `between_times` is that between the times too: an estimate, what it is at least, and at most, by
     rules for curves and by what runs do there that were looked at. `noise` is that of the search
@@ -108,7 +108,7 @@ class Estimate:
         """Return the probabilities at each time that are clear, and confidence intervals."""
         upper_bound = self.confidence()[1]
         weights = self.weights[self.margins < 0]
-        if len(weights):  # none of so many that leave the limits at some time does so at this one
+        if len(weights):  # none of so many that violate the limits at some time does so at this one
             upper_bound *= min(
                 1.0, -math.log(0.05) * float(np.sum(weights**2) / np.sum(weights) ** 2)
             )
@@ -178,7 +178,7 @@ def estimate(
     *,
     options: ImportanceOptions = ImportanceOptions(),
 ) -> Estimate:
-    """Return the probability of leaving limits at one η.
+    """Return the probability of violating limits at one η.
 
     Mixtures are found around `rare_samples` with `search_state`, at the times that decide.
     Sampling ends at the relative standard error `accuracy`.
@@ -236,7 +236,7 @@ def mixture_around(
 
 
 class _Sums:
-    """Weighted counts of samples that leave the limits."""
+    """Weighted counts of samples that violate the limits."""
 
     def __init__(self, state: LimitState, moved: float, options: ImportanceOptions):
         self.state = state
@@ -302,11 +302,11 @@ class _Sums:
 def probabilities(
     out: np.ndarray, weight_sums: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return probabilities of leaving limits, from sums over samples, and standard errors.
+    """Return probabilities of violating limits, from sums over samples, and standard errors.
 
     The mean of all weights is one, so that those of samples that stay within the limits tell the
     probability as well: without error, if there are none. Whichever has the smaller error is taken.
-    `out` are the sums of the weights of samples that leave the limits, and of their squares,
+    `out` are the sums of the weights of samples that violate the limits, and of their squares,
     (2, any), and `weight_sums` those of all samples, (2,).
     """
     leave = out / count

@@ -1,4 +1,4 @@
-"""The probability of leaving limits, at each time and at any time: first passage."""
+"""The probability of violating limits, at each time and at any time: first passage."""
 
 from __future__ import annotations
 

@@ -297,7 +297,7 @@ def _probabilities_between_times(
         value = part.between_times[0]
         if isinstance(correction, Correction):
             (low, high), grown = correction.confidence(), np.ones(3)
-            if part.probability:  # as many more samples leave the limits between the times
+            if part.probability:  # as many more samples violate the limits between the times
                 grown = part.between_times / part.probability
             value, low, high = grown * [correction.probability, low, high]
             # The errors of the samples alone.
@@ -311,7 +311,7 @@ def _probabilities_between_times(
 
 
 def _unseen_share(search_state: LimitState, eta: np.ndarray, raw: Estimate) -> float:
-    """Return which part of the samples that leave limits does so at other times than a state's."""
+    """Return the share of the samples that violate limits at times other than a state's."""
     out = raw.margins < 0
     missed = raw.weights[out] * (search_state.least_margins(raw.u[out], eta) >= 0)
     total_weight = raw.weights[out].sum()

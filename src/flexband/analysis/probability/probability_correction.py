@@ -1,4 +1,4 @@
-"""The probability of leaving limits, corrected with runs of the model.
+"""The probability of violating limits, corrected with runs of the model.
 
 Let g(u) be the least margin on the surrogate, and g*(u) that of the model. Some of the runs tell
 what the surrogate misses: a function b(u), and how much g* − g − b scatters. First they are at rare
@@ -79,7 +79,7 @@ def with_missed(
 
     Half of the runs are at rare samples of u and η, if the surrogate has any; the others are at all
     distances from the middle, in pairs on both sides of it, at vertices of the intervals or
-    anywhere in them. What leaves limits is where more is looked for.
+    anywhere in them. What violates limits is where more is looked for.
     """
     count = model.first_runs
 
@@ -189,7 +189,7 @@ def correct_probability(
         low, high = low / importance.rough_factor, high * importance.rough_factor
     high += rare_samples.probability * (not len(rare_samples.u))
     low, high = (min(1.0, max(0.0, float(end))) for end in (low, high))
-    low *= bool(base or len(z))  # nothing was found that leaves the limit
+    low *= bool(base or len(z))  # nothing was found that violates the limit
     run_scatter = scatter * np.sqrt(np.mean(((run_margins - h[which]) / scatter[which]) ** 2))
     if np.any(run_scatter > options.max_misfit * scatter):  # margins scatter more than was learnt
         low = min(low, float(np.mean(w * (h < -2 * run_scatter))))
@@ -269,7 +269,7 @@ def _possible(
     rng: np.random.Generator,
     options: CorrectionOptions,
 ) -> float:
-    """Return the expected probability of leaving the limit, by what is known of all samples.
+    """Return the expected probability of violating the limit, by what is known of all samples.
 
     Where no run was made, the scatter of margins is large.
     """

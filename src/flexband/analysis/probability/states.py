@@ -132,7 +132,7 @@ class LimitState:
     tolerances: ScatteringTolerances | None = None  # how they scatter, if they do
     missed: DiscrepancyModel | None = None  # of least margins, as a function of u and η
     unit: float = 1.0  # of these, in that of the margins, on average
-    beyond: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))  # runs that leave limits
+    beyond: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))  # runs that violate limits
 
     @staticmethod
     def from_surrogate(

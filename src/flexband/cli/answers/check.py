@@ -176,7 +176,13 @@ def limits_of(
         )
     with usage():
         output_limits = [
-            fb.Requirement(name or "response", name, during=during, **bounds)
+            fb.Requirement(
+                name or "response",
+                name,
+                below=bounds.get("below"),
+                above=bounds.get("above"),
+                during=during,
+            )
             for name, bounds in sides.items()
         ]
         corridors(output_limits, next(iter(surrogates_of(result.surrogate).values())).labels)

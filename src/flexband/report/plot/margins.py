@@ -27,7 +27,7 @@ from flexband.report.text.numbers import number
 
 
 def margins(found: xr.Dataset, *, closest: bool = False, ax: Axes | None = None) -> Axes:
-    """Draw how far each limit is kept; below zero it is not.
+    """Draw the margin to each limit; below zero the limit is violated.
 
     Parameters
     ----------

@@ -42,5 +42,5 @@ def drawable_outputs(data: xr.DataArray) -> list[str]:
 
 
 def is_likely(probability: xr.Dataset | None) -> bool:
-    """Return whether limits are left with some probability at a time, so that it is drawn."""
+    """Return whether limits are violated with some probability at a time, so that it is drawn."""
     return probability is not None and bool((probability["at_each_time"] > 0).any())

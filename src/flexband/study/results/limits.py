@@ -35,7 +35,7 @@ def has_limits_of_study(folder: Path) -> bool:
 
 
 def has_probability(surrogate: AnySurrogate) -> bool:
-    """Return whether leaving limits has a probability: inputs scatter, and none is adjusted.
+    """Return whether violating limits has a probability: inputs scatter, and none is adjusted.
 
     None is computed over a play.
     """

@@ -37,10 +37,8 @@ response = fb.dynamic_response(four_bar, duration=0.35, step=1e-4, output_step=1
 inputs = {name: fb.Interval.around(size, tolerance=5e-4) for name, size in SIZES.items()}
 nominal = response(**{name: np.array([size]) for name, size in SIZES.items()})[0]
 path, force = nominal.sel(output="middle_Y").values, float(nominal.sel(output="D_X").max())
-requirements = [
-    fb.Requirement("middle_Y", above=path - 4.5e-4, below=path + 4.5e-4),
-    fb.Requirement("D_X", below=1.01 * force),
-]
+on_path = fb.Requirement("middle_Y", above=path - 4.5e-4, below=path + 4.5e-4)
+requirements = [on_path, fb.Requirement("D_X", below=1.01 * force)]
 surrogate = fb.expand(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
 allocation = fb.analysis.allocate(surrogate, requirements, COSTS, response=response)
 

@@ -76,12 +76,12 @@ def test_limits_far_from_narrow_bands_do_not_flatten_them(page_of, shared_page):
 def test_inputs_at_the_bounds_are_folded(page_of, shared_page):
     page = shared_page(page_of, 390, scheme="dark")
     figure, _ = chart_of(page, 0)
-    assert "Lowest with p = -1; highest with p = 1" not in figure.inner_text()
+    assert "Lowest with p = −1; highest with p = 1" not in figure.inner_text()
     assert figure.locator(".reading").bounding_box()["height"] < 130
     figure.locator("summary").focus()
     page.keyboard.press("Enter")
     details = figure.locator("details").inner_text()
-    assert "Lowest with p = -1; highest with p = 1" in details
+    assert "Lowest with p = −1; highest with p = 1" in details
 
 
 @pytest.mark.parametrize("width", [1280, 390])

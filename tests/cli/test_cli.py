@@ -95,7 +95,7 @@ def test_a_tolerance_that_is_not_met_is_reported(study_file, tmp_path):
     page = (out / "report.html").read_text(encoding="utf-8")
     for text in (output, page):
         assert "Orders: rate" in text
-        assert "The tolerance of 1e-07 % is NOT met" in text
+        assert "The tolerance of 1e-7 % is NOT met" in text.replace("−", "-")
     with xr.open_dataset(out / "bands.nc", engine="scipy") as bands:
         assert bands.attrs["expected_error"] > 1e-9
 
@@ -477,7 +477,7 @@ def test_a_comparison_keeps_the_methods_that_are_finished(study_file, tmp_path, 
 
 def test_help_shows_units_and_defaults_in_brackets():
     output = " ".join(call("run", "--help").output.replace("│", " ").split())
-    assert "Time [s] that one call of the response may take" in output
+    assert "Time limit [s] of one call" in output
     assert "0 for none. [default: 16]" in output
 
 

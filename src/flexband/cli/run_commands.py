@@ -34,21 +34,21 @@ if TYPE_CHECKING:  # imported when a command is called
 Executor = Annotated[
     str | None,
     typer.Option(
-        help="Where runs are made: processes (one per core), processes:4, or the address of "
-        "a Dask scheduler."
+        help="Where runs are made: processes (one per core), processes:4, or a Dask "
+        "scheduler's address."
     ),
 ]
 TimeLimit = Annotated[
     float | None,
-    typer.Option(help="Time limit [s] of one call of the response."),
+    typer.Option(help="Time limit [s] of one call."),
 ]
 AllowMismatch = Annotated[
-    bool, typer.Option("--allow-mismatch", help="Use runs even if the response has changed.")
+    bool, typer.Option("--allow-mismatch", help="Use runs of another response.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Verbose = Annotated[
     bool,
-    typer.Option("--verbose", help="Also print tables and all remarks."),
+    typer.Option("--verbose", help="Print tables and all remarks."),
 ]
 
 
@@ -69,15 +69,13 @@ def run(
     failed: Failed = "stop",
     batch: Annotated[
         int,
-        typer.Option(
-            help=f"Largest number of runs in one call.  [default: {BATCH}]", show_default=False
-        ),
+        typer.Option(help=f"Most runs in a call ({BATCH}).", show_default=False),
     ] = BATCH,
     store: Annotated[
         bool,
         typer.Option(
             "--store/--no-store",
-            help="Record each run in the folder.  [default: store]",
+            help="Record runs (the default).",
             show_default=False,
         ),
     ] = True,

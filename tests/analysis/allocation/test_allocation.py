@@ -268,7 +268,7 @@ def test_what_runs_show_and_what_the_surrogate_infers_are_told_apart():
     assert (allocation.attrs["confirmed"], allocation.attrs["runs"]) == ("inferred", 1)
     assert allocation["run_margin"].item() > 1.5 - allocation["tolerance"].item()
     assert (
-        "No limit is violated by 1 verification run; that μ ± 3σ keeps"
+        "No limit is violated by 1 verification run; that μ ± 3σ meets"
         in allocation.attrs["verdict"]
     )
 

@@ -142,7 +142,7 @@ def test_the_probability_is_that_of_the_motion_between_its_times():
     exact = norm.sf(1.5)
     low, high = (probabilities[f"between_times_{end}"].values[0, 0] for end in ("low", "high"))
     assert low < exact < high
-    assert "at the output times alone, below" in probabilities.attrs["verdict"]
+    assert "at the output times alone, P ≤" in probabilities.attrs["verdict"]
     fine = fb.expand(response(0.001), SCATTERED, METHOD)
     probabilities = fb.analysis.failure_probability(fine, fb.Requirement("m_X", above=-1.03))
     assert float(probabilities["between_times"][0, 0]) == pytest.approx(exact, rel=0.1)

@@ -81,7 +81,7 @@ def _of_rare_effects(attrs: Attributes) -> str:
 
 
 def _unmet(attrs: Attributes) -> str:
-    return f"The tolerance of {100 * attrs['tolerance']:g} % is"
+    return f"The tolerance of {number(100 * attrs['tolerance'])} % is"
 
 
 SENTENCES: dict[Shortfall, Callable[[Attributes], str]] = {

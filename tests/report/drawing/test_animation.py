@@ -5,9 +5,12 @@ from io import BytesIO
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from PIL import Image
 
 import flexband as fb
+from flexband.report.drawing.recording import nearest_places
 from tests.mechanics.models import rigid_slider_crank
 
 MARGIN = 45
@@ -210,3 +213,16 @@ def test_a_failure_of_ffmpeg_is_told(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", f"{tmp_path}:/bin:/usr/bin")
     with pytest.raises(fb.errors.InputError, match="no encoder"):
         fb.animate(thrown(), duration=0.2, step=0.01, file=tmp_path / "ball.mp4", dpi=40)
+
+
+SECONDS = st.floats(-5.0, 5.0)
+
+
+@given(st.lists(SECONDS, min_size=1, max_size=20, unique=True), st.lists(SECONDS, max_size=20))
+def test_the_nearest_instants_are_those_at_the_least_distances(instants, times):
+    """As the distances to all instants tell, whose table takes gigabytes for long motions."""
+    instants = np.sort(instants)
+    times = np.array(times)
+    distances = np.abs(instants[:, None] - times)
+    chosen = distances[nearest_places(instants, times), np.arange(len(times))]
+    np.testing.assert_array_equal(chosen, distances.min(axis=0, initial=np.inf))

@@ -120,9 +120,9 @@ def mp4(pictures: Iterator[np.ndarray], fps: float) -> bytes:
         file = Path(folder) / "animation.mp4"
         raw = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {fps:.6f} -i -".split()
         # Players need this format of pixels, and the index at the beginning.
-        made = ["-pix_fmt", "yuv420p", "-movflags", "+faststart"]
+        encoding = ["-pix_fmt", "yuv420p", "-movflags", "+faststart"]
         process = subprocess.Popen(
-            ["ffmpeg", "-loglevel", "error", "-y", *raw, *made, str(file)],
+            ["ffmpeg", "-loglevel", "error", "-y", *raw, *encoding, str(file)],
             stdin=subprocess.PIPE, stdout=messages, stderr=messages,
         )  # fmt: skip
         pipe = process.stdin

@@ -17,6 +17,7 @@ from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.sensors.motion import Position
 from flexband.report.drawing.film import Region
+from flexband.report.drawing.recording import nearest_places
 from flexband.report.text.band_tables import outputs_of
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -110,7 +111,7 @@ def _region(tube: xr.Dataset, times: np.ndarray, magnification: float) -> Region
         )
     instants = tube["time"].values
     vertices = np.stack([tube[name].transpose("time", "vertex").values for name in "xy"], axis=-1)
-    nearest = np.abs(instants[:, None] - times).argmin(axis=0)
+    nearest = nearest_places(instants, times)
     centre = nominal[nearest][:, None]
     outlines = centre + magnification * (vertices[nearest] - centre)
     gap = np.diff(instants).max(initial=0.0)

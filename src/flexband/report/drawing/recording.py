@@ -37,6 +37,14 @@ class Recording:
         return np.array([low, high])
 
 
+def nearest_places(instants: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Return the place of the instant that is nearest to each time, among increasing instants."""
+    after = np.clip(np.searchsorted(instants, times), 1, max(1, len(instants) - 1))
+    before = after - 1
+    after = np.minimum(after, len(instants) - 1)
+    return np.where(times - instants[before] <= instants[after] - times, before, after)
+
+
 def record(
     mechanism: Mechanism,
     samples: Sequence[int],
@@ -56,7 +64,7 @@ def record(
     outputs = motion.values[list(samples)] if "sample" in motion.dims else motion.values[None]
     parts = tracks.split(outputs)
     output_times = motion["time"].values
-    nearest = np.abs(output_times[:, None] - (output_times[0] + times)).argmin(axis=0)
+    nearest = nearest_places(output_times, output_times[0] + times)
     return Recording(
         sketch,
         output_times[nearest],

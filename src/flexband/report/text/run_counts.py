@@ -13,7 +13,7 @@ def run_count_text(
     bands: xr.Dataset, verification: xr.Dataset | None, margins: xr.Dataset | None
 ) -> str:
     """Return how many runs were made, and how many of them check the result."""
-    _, verifying, at_worst = _further(verification, margins)
+    verifying, at_worst = _further(verification, margins)
     record = BandRecord.read(bands)
     made = number_of(record.runs + verifying + at_worst, "run")
     checks = int(record.runs_checked) + verifying
@@ -35,20 +35,20 @@ def run_purposes(
         "runs_failed": "failed",
     }
     counts = [(int(getattr(record, name)), words) for name, words in kinds.items()]
-    total, verifying, at_worst = _further(verification, margins)
+    verifying, at_worst = _further(verification, margins)
     counts += [
         (verifying, "new ones that verify the result"),
         (at_worst, "at the worst tolerances, for requirements"),
     ]
     parts = [f"{count} {words}" for count, words in counts if count]
-    text = f"{record.runs + total}" + (f": {', '.join(parts)}" if parts else "")
+    text = f"{record.runs + verifying + at_worst}" + (f": {', '.join(parts)}" if parts else "")
     if record.runs_coarser or record.runs_refined:
         text += ". max_runs limits the runs that are fitted or check the fit on one discretization"
     return text
 
 
-def _further(verification: xr.Dataset | None, margins: xr.Dataset | None) -> tuple[int, int, int]:
-    """Return how many runs are not the method's: all, those that verify, those of requirements."""
+def _further(verification: xr.Dataset | None, margins: xr.Dataset | None) -> tuple[int, int]:
+    """Return how many runs verify the result, and how many are at the worst tolerances."""
     verifying = 0 if verification is None else int(VerificationRecord.read(verification).runs)
     at_worst = 0 if margins is None else int(BandRecord.read(margins).runs)
-    return verifying + at_worst, verifying, at_worst
+    return verifying, at_worst
